@@ -1,0 +1,204 @@
+"""Shortest routes by free-flow time, with the paper's tie rule.
+
+Where several continuations lie on a shortest route, straight on is preferred; else the vehicle's
+coin, drawn in advance, decides.
+"""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+import numpy.typing as npt
+
+from dmil.demand.vehicles import Int32Array, Vehicles
+from dmil.network.model import RoadNetwork
+
+MOST_ALTERNATIVES = 64
+"""Ties beyond this many routes per pair are cut: the first continuation is taken."""
+
+_UNREACHABLE = -1
+
+
+class Router:
+    """Finds all shortest routes of a network, keeping what it has computed (ours).
+
+    Costs are whole microseconds of free-flow time plus one per link: sums are exact, so that ties
+    are ties, and of routes that take equally long the one over fewer links is the shorter.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    """
+
+    def __init__(self, network: RoadNetwork) -> None:
+        self._successors = network.successors
+        self._cost = [round(link.free_flow_time_s * 1e6) + 1 for link in network.links]
+        self._exits: dict[str, list[int]] = {node: [] for node in network.fringe}
+        self._entries: dict[str, list[int]] = {node: [] for node in network.fringe}
+        for index in network.exit_links:
+            self._exits[network.links[index].end].append(index)
+        for index in network.entry_links:
+            self._entries[network.links[index].start].append(index)
+        self._predecessors: list[list[int]] = [[] for _ in network.links]
+        for link, following in enumerate(self._successors):
+            for successor, _ in following:
+                self._predecessors[successor].append(link)
+        self._remaining: dict[tuple[int, ...], list[int]] = {}
+
+    def between_nodes(self, origin: str, destination: str) -> list[tuple[tuple[int, ...], float]]:
+        """Return the shortest routes between two fringe nodes as (link indices, probability)."""
+        return self.between_links(self._entries[origin], self._exits[destination])
+
+    def between_links(
+        self, starts: list[int], ends: list[int]
+    ) -> list[tuple[tuple[int, ...], float]]:
+        """Return the shortest routes from any start link to any end link, both included.
+
+        Returns
+        -------
+        list of (link indices, probability)
+            Empty if there is no way. The probabilities are those of a fair coin at every tie.
+        """
+        remaining = self._remaining_cost(tuple(ends))
+        reachable = [link for link in starts if remaining[link] != _UNREACHABLE]
+        if not reachable:
+            return []
+        best = min(remaining[link] for link in reachable)
+        first = [link for link in reachable if remaining[link] == best]
+        open_routes = [((link,), 1.0 / len(first)) for link in first]
+        finished: list[tuple[tuple[int, ...], float]] = []
+        while open_routes:
+            route, probability = open_routes.pop(0)
+            here = route[-1]
+            if remaining[here] == self._cost[here]:
+                finished.append((route, probability))
+                continue
+            choices = self._continuations(here, remaining)
+            if len(open_routes) + len(finished) + len(choices) > MOST_ALTERNATIVES:
+                choices = choices[:1]
+            open_routes.extend(((*route, link), probability / len(choices)) for link in choices)
+        return finished
+
+    def _continuations(self, here: int, remaining: list[int]) -> list[int]:
+        """Return the next links that lie on a shortest route, only the straight ones if any."""
+        onward = remaining[here] - self._cost[here]
+        shortest = [pair for pair in self._successors[here] if remaining[pair[0]] == onward]
+        straight = [link for link, turn in shortest if turn == "straight"]
+        return straight or [link for link, _ in shortest]
+
+    def _remaining_cost(self, ends: tuple[int, ...]) -> list[int]:
+        """Return every link's cost to the end, its own included (Dijkstra backwards)."""
+        if ends in self._remaining:
+            return self._remaining[ends]
+        remaining = [_UNREACHABLE] * len(self._cost)
+        heap = [(self._cost[link], link) for link in ends]
+        heapq.heapify(heap)
+        while heap:
+            cost, link = heapq.heappop(heap)
+            if remaining[link] != _UNREACHABLE:
+                continue
+            remaining[link] = cost
+            for previous in self._predecessors[link]:
+                if remaining[previous] == _UNREACHABLE:
+                    heapq.heappush(heap, (cost + self._cost[previous], previous))
+        self._remaining[ends] = remaining
+        return remaining
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RouteTable:
+    """All routes between fringe nodes as arrays, so that many vehicles are routed at once (ours).
+
+    Pairs are numbered origin by origin; origin f's pairs are ``pair_offset[f]`` to
+    ``pair_offset[f + 1]`` (exclusive), one for every other fringe node that can be reached.
+
+    Parameters
+    ----------
+    pair_offset
+        (fringe + 1,) int64.
+    threshold
+        (alternatives,) float64, pair number plus cumulated probability of the alternative.
+    link_offset, links
+        Alternative a's route is ``links[link_offset[a]:link_offset[a + 1]]``.
+    """
+
+    pair_offset: npt.NDArray[np.int64]
+    threshold: npt.NDArray[np.float64]
+    link_offset: npt.NDArray[np.int64]
+    links: Int32Array
+
+    def vehicles(
+        self,
+        depart_s: npt.NDArray[np.int64],
+        pair: npt.NDArray[np.int64],
+        coin: npt.NDArray[np.float64],
+    ) -> Vehicles:
+        """Give every vehicle the route of its origin-destination pair and its coin.
+
+        Parameters
+        ----------
+        depart_s
+            (vehicles,) non-decreasing.
+        pair
+            (vehicles,) pair numbers.
+        coin
+            (vehicles,) uniform in [0, 1).
+        """
+        chosen = np.searchsorted(self.threshold, pair + coin, side="right")
+        start = self.link_offset[chosen]
+        length = self.link_offset[chosen + 1] - start
+        offset = np.zeros(len(pair) + 1, dtype=np.int64)
+        np.cumsum(length, out=offset[1:])
+        place = np.arange(offset[-1]) + np.repeat(start - offset[:-1], length)
+        return Vehicles(depart_s.astype(np.int32), offset.astype(np.int32), self.links[place])
+
+
+_ROUTERS: WeakKeyDictionary[RoadNetwork, Router] = WeakKeyDictionary()
+_TABLES: WeakKeyDictionary[RoadNetwork, RouteTable] = WeakKeyDictionary()
+
+
+def router(network: RoadNetwork) -> Router:
+    """Return the network's router, made once (ours)."""
+    if network not in _ROUTERS:
+        _ROUTERS[network] = Router(network)
+    return _ROUTERS[network]
+
+
+def route_table(network: RoadNetwork) -> RouteTable:
+    """Return the routes between all fringe nodes of a network, computed once (ours)."""
+    if network not in _TABLES:
+        _TABLES[network] = _build_table(network)
+    return _TABLES[network]
+
+
+def _build_table(network: RoadNetwork) -> RouteTable:
+    ways = router(network)
+    pair_offset = [0]
+    threshold: list[float] = []
+    link_offset = [0]
+    links: list[int] = []
+    pairs = 0
+    for origin in network.fringe:
+        for destination in network.fringe:
+            alternatives = ways.between_nodes(origin, destination)
+            if origin == destination or not alternatives:
+                continue
+            below = 0.0
+            for route, probability in alternatives:
+                below += probability
+                threshold.append(pairs + below)
+                links.extend(route)
+                link_offset.append(len(links))
+            threshold[-1] = pairs + 1.0  # not a rounding error less
+            pairs += 1
+        pair_offset.append(pairs)
+    return RouteTable(
+        np.array(pair_offset, dtype=np.int64),
+        np.array(threshold, dtype=np.float64),
+        np.array(link_offset, dtype=np.int64),
+        np.array(links, dtype=np.int32),
+    )

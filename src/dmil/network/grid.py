@@ -1,0 +1,122 @@
+"""The paper's grids: n×m four-way intersections with a fringe node at every boundary approach."""
+
+from __future__ import annotations
+
+from dmil.errors import NetworkError
+from dmil.network.model import Intersection, Link, Movement, RoadNetwork, Turn
+
+SIDES = ("E", "N", "W", "S")
+LINK_LENGTH_M = 50.0
+LINK_SPEED_M_PER_S = 10.0
+LANES = 3
+
+_TURN_TO_SIDE: tuple[tuple[Turn, int], ...] = (("right", 1), ("straight", 2), ("left", 3))
+
+# Local movement index j = 3*side + lane, sides E, N, W, S, lanes right, forward, left.
+PAPER_PHASES: tuple[frozenset[int], ...] = tuple(
+    frozenset(phase)
+    for phase in ((1, 7), (2, 8), (4, 10), (5, 11), (1, 2), (4, 5), (7, 8), (10, 11))
+)
+PAPER_PHASE_NAMES = (
+    "E/W F",
+    "E/W L",
+    "N/S F",
+    "N/S L",
+    "E F+L",
+    "N F+L",
+    "W F+L",
+    "S F+L",
+)
+PAPER_UNSIGNALLED = frozenset({0, 3, 6, 9})
+
+
+def grid(rows: int, columns: int) -> RoadNetwork:
+    """Build a grid of the paper's four-way intersections (paper, Section IV).
+
+    Intersections are named ``"row,column"``, row 0 in the North and column 0 in the West. Fringe
+    nodes carry their side of the network and the row or column: ``"E2"``, ``"N0"``. Links between
+    intersections are 50 m at 10 m/s (5 s); entry and exit links take no time.
+
+    Parameters
+    ----------
+    rows, columns
+        Number of intersections from North to South and from West to East, each at least 1.
+
+    Raises
+    ------
+    NetworkError
+        If a side is not a positive whole number.
+
+    Notes
+    -----
+    The paper does not state how long a link takes; 5 s reproduces its magnitudes.
+    """
+    for side, value in (("rows", rows), ("columns", columns)):
+        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+            raise NetworkError(
+                f"{side} is {value!r}",
+                where="grid",
+                expected="a whole number, at least 1",
+                mend="write for example grid(5, 5)",
+            )
+    cells = [(row, column) for row in range(rows) for column in range(columns)]
+    links: dict[str, Link] = {}
+    for row, column in cells:
+        here = f"{row},{column}"
+        for side in range(4):
+            there = _neighbour(row, column, side, rows, columns)
+            length_m = LINK_LENGTH_M if "," in there else 0.0
+            for start, end in ((there, here), (here, there)):
+                link = Link(f"{start}>{end}", start, end, length_m, LINK_SPEED_M_PER_S, LANES)
+                links.setdefault(link.id, link)
+    fringe = (
+        *(f"E{row}" for row in range(rows)),
+        *(f"N{column}" for column in range(columns)),
+        *(f"W{row}" for row in range(rows)),
+        *(f"S{column}" for column in range(columns)),
+    )
+    return RoadNetwork(
+        name=f"grid:{rows}x{columns}",
+        links=tuple(links.values()),
+        intersections=tuple(_intersection(row, column, rows, columns) for row, column in cells),
+        fringe=fringe,
+        position_m=_positions(rows, columns),
+    )
+
+
+def _neighbour(row: int, column: int, side: int, rows: int, columns: int) -> str:
+    """Return the node on a side (0 E, 1 N, 2 W, 3 S) of an intersection."""
+    step_row, step_column = ((0, 1), (-1, 0), (0, -1), (1, 0))[side]
+    next_row, next_column = row + step_row, column + step_column
+    if 0 <= next_row < rows and 0 <= next_column < columns:
+        return f"{next_row},{next_column}"
+    return f"{SIDES[side]}{row if step_row == 0 else column}"
+
+
+def _intersection(row: int, column: int, rows: int, columns: int) -> Intersection:
+    here = f"{row},{column}"
+    around = [_neighbour(row, column, side, rows, columns) for side in range(4)]
+    movements = tuple(
+        Movement(f"{around[side]}>{here}", f"{here}>{around[(side + step) % 4]}", turn, side, 1.0)
+        for side in range(4)
+        for turn, step in _TURN_TO_SIDE
+    )
+    return Intersection(
+        here, movements, PAPER_PHASES, PAPER_UNSIGNALLED, phase_names=PAPER_PHASE_NAMES
+    )
+
+
+def _positions(rows: int, columns: int) -> dict[str, tuple[float, float]]:
+    """Place nodes 50 m apart; fringe nodes too, so that drawings show them."""
+    position: dict[str, tuple[float, float]] = {}
+    east, north = columns * LINK_LENGTH_M, rows * LINK_LENGTH_M
+    for row in range(rows):
+        y = (rows - 1 - row) * LINK_LENGTH_M
+        position[f"E{row}"] = (east, y)
+        position[f"W{row}"] = (-LINK_LENGTH_M, y)
+        for column in range(columns):
+            position[f"{row},{column}"] = (column * LINK_LENGTH_M, y)
+    for column in range(columns):
+        position[f"N{column}"] = (column * LINK_LENGTH_M, north)
+        position[f"S{column}"] = (column * LINK_LENGTH_M, -LINK_LENGTH_M)
+    return position

@@ -1,0 +1,207 @@
+"""Roads, movements and phases as frozen data.
+
+A network has two kinds of nodes: fringe nodes feed and drain vehicles, intersections hold queues.
+Links join nodes; a movement joins two links at an intersection; a phase is a set of movements that
+may go together. The paper's intersection is one instance of this, not a special case.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+Turn = Literal["right", "straight", "left", "uturn"]
+TURNS: tuple[Turn, ...] = ("right", "straight", "left", "uturn")
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """A road in one direction, from node to node (paper, Section II; lengths and lanes ours).
+
+    Parameters
+    ----------
+    id
+        Name, unique in the network.
+    start, end
+        Node ids: an intersection's or a fringe node's.
+    length_m
+        Length in metres; 0 for a link without travel time.
+    speed_m_per_s
+        Free-flow speed.
+    lanes
+        Number of lanes.
+    """
+
+    id: str
+    start: str
+    end: str
+    length_m: float
+    speed_m_per_s: float
+    lanes: int
+
+    @property
+    def free_flow_time_s(self) -> float:
+        """Travel time of an undisturbed vehicle in seconds."""
+        return self.length_m / self.speed_m_per_s
+
+
+@dataclass(frozen=True, slots=True)
+class Movement:
+    """The way from one link to another across an intersection (ours; the paper's "orientation").
+
+    Parameters
+    ----------
+    from_link, to_link
+        Link ids.
+    turn
+        Direction relative to the link that it comes from.
+    approach
+        Index of the side that it comes from, counter-clockwise from East.
+    lanes
+        Lanes that serve it; a lane shared by k movements counts 1/k to each.
+    """
+
+    from_link: str
+    to_link: str
+    turn: Turn
+    approach: int
+    lanes: float
+
+
+@dataclass(frozen=True, slots=True)
+class Intersection:
+    """A junction: its movements and the phases that serve them (paper, Section II; generalised).
+
+    Parameters
+    ----------
+    id
+        Node id.
+    movements
+        Ordered by approach, then right, straight, left, u-turn: for four sides with three lanes
+        this is the paper's orientation j = 3*side + lane, sides E, N, W, S.
+    phases
+        For every action the local indices of the movements that it serves.
+    unsignalled
+        Local indices of the movements that always may go (the paper's right turns).
+    program
+        Fixed-time plan of the file as (phase, green seconds), may be empty.
+    phase_names
+        One readable name per phase, may be empty.
+    clearance_s
+        Duration in seconds of the file's clearance phase, 0 if it has none.
+    """
+
+    id: str
+    movements: tuple[Movement, ...]
+    phases: tuple[frozenset[int], ...]
+    unsignalled: frozenset[int]
+    program: tuple[tuple[int, float], ...] = ()
+    phase_names: tuple[str, ...] = ()
+    clearance_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class RoadNetwork:
+    """Links, intersections and fringe nodes (paper, Section II).
+
+    Parameters
+    ----------
+    name
+        Readable name such as ``grid:5x5``.
+    links, intersections
+        In a fixed order: arrays elsewhere use their indices here.
+    fringe
+        Ids of the nodes where vehicles enter and leave.
+    position_m
+        Node id to (x, y) in metres, x to the East and y to the North; for drawings only.
+    """
+
+    name: str
+    links: tuple[Link, ...]
+    intersections: tuple[Intersection, ...]
+    fringe: tuple[str, ...]
+    position_m: Mapping[str, tuple[float, float]] = field(repr=False)
+
+    def __hash__(self) -> int:
+        # The dataclass's own hash would walk all links at every look-up of a cache.
+        return hash((self.name, len(self.links), len(self.intersections), self.fringe))
+
+    @cached_property
+    def link_index(self) -> dict[str, int]:
+        """Link id to index in ``links``."""
+        return {link.id: index for index, link in enumerate(self.links)}
+
+    @cached_property
+    def intersection_index(self) -> dict[str, int]:
+        """Intersection id to index in ``intersections``."""
+        return {node.id: index for index, node in enumerate(self.intersections)}
+
+    @cached_property
+    def entry_links(self) -> tuple[int, ...]:
+        """Indices of the links that start at a fringe node."""
+        fringe = set(self.fringe)
+        return tuple(i for i, link in enumerate(self.links) if link.start in fringe)
+
+    @cached_property
+    def exit_links(self) -> tuple[int, ...]:
+        """Indices of the links that end at a fringe node."""
+        fringe = set(self.fringe)
+        return tuple(i for i, link in enumerate(self.links) if link.end in fringe)
+
+    @cached_property
+    def movement_index(self) -> dict[tuple[int, int], tuple[int, int]]:
+        """(from link, to link) to (intersection, local movement), all as indices."""
+        link = self.link_index
+        return {
+            (link[movement.from_link], link[movement.to_link]): (i, j)
+            for i, node in enumerate(self.intersections)
+            for j, movement in enumerate(node.movements)
+        }
+
+    @cached_property
+    def successors(self) -> tuple[tuple[tuple[int, Turn], ...], ...]:
+        """For every link the (next link, turn) pairs that its movements allow."""
+        link = self.link_index
+        found: list[list[tuple[int, Turn]]] = [[] for _ in self.links]
+        for node in self.intersections:
+            for movement in node.movements:
+                found[link[movement.from_link]].append((link[movement.to_link], movement.turn))
+        return tuple(tuple(pairs) for pairs in found)
+
+    @cached_property
+    def free_flow_time_s(self) -> npt.NDArray[np.float64]:
+        """Free-flow travel time of every link: (links,) float64, seconds, read-only."""
+        times = np.array([link.free_flow_time_s for link in self.links], dtype=np.float64)
+        times.flags.writeable = False
+        return times
+
+    @property
+    def clearance_s(self) -> float:
+        """Longest clearance phase of any intersection in seconds."""
+        return max((node.clearance_s for node in self.intersections), default=0.0)
+
+
+def shape_signature(intersection: Intersection) -> str:
+    """Return a digest of what makes two intersections interchangeable (ours).
+
+    Approaches, turns, phases and unsignalled movements count; names, lengths and the fixed-time
+    plan do not. Intersections of equal signature may share memory (paper, Section III-C).
+
+    Parameters
+    ----------
+    intersection
+        The intersection.
+    """
+    shape = [
+        [[movement.approach, movement.turn] for movement in intersection.movements],
+        [sorted(phase) for phase in intersection.phases],
+        sorted(intersection.unsignalled),
+    ]
+    return hashlib.blake2b(json.dumps(shape).encode(), digest_size=8).hexdigest()
