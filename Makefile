@@ -1,0 +1,46 @@
+# Every target makes the environment it needs in .venv; the second time that costs nothing.
+# Another Python: make study PYTHON=/path/to/python3
+
+PYTHON ?= python3
+BIN := .venv/bin
+STUDY ?= study
+
+.DEFAULT_GOAL := help
+.PHONY: help study test check lint bench clean
+
+help: ## Show the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-7s %s\n", $$1, $$2}' Makefile
+
+study: .venv/run.stamp ## Run the paper's study and write its report
+	@$(BIN)/dmil study paper --out $(STUDY)
+	@echo "The report: $(STUDY)/report.html"
+
+test: .venv/dev.stamp ## Run the tests; at least 90 % of the lines must be covered
+	@$(BIN)/coverage erase
+	$(BIN)/coverage run -m pytest -n 2
+	@$(BIN)/coverage combine --quiet
+	@$(BIN)/coverage report
+
+check: lint test ## Run everything that must be green before a change goes in
+
+lint: .venv/dev.stamp ## Check format, style, types and who imports whom
+	$(BIN)/ruff format --check
+	$(BIN)/ruff check
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: .venv/run.stamp ## Measure the simulator's and the learner's speed
+	@$(BIN)/dmil bench
+
+clean: ## Remove the environment, caches and the study's results
+	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf .coverage .coverage.* build dist $(STUDY)
+	find src tests scripts -name __pycache__ -type d -prune -exec rm -rf {} +
+
+.venv/run.stamp: constraints.txt pyproject.toml scripts/environment.sh
+	@PYTHON="$(PYTHON)" scripts/environment.sh run
+	@touch $@
+
+.venv/dev.stamp: constraints.txt constraints-dev.txt pyproject.toml scripts/environment.sh
+	@PYTHON="$(PYTHON)" scripts/environment.sh dev
+	@touch $@ .venv/run.stamp
