@@ -1,0 +1,30 @@
+"""What happened in a study, written down once: schema, writer, reader, manifest."""
+
+from dmil.results.manifest import provenance, read_manifest, write_manifest
+from dmil.results.reader import Results
+from dmil.results.schema import (
+    RUNS,
+    RUNS_SCHEMA,
+    SCHEMA_VERSION,
+    SERIES,
+    SERIES_SCHEMA,
+    Column,
+    schema_markdown,
+)
+from dmil.results.writer import write_atomically, write_results
+
+__all__ = [
+    "RUNS",
+    "RUNS_SCHEMA",
+    "SCHEMA_VERSION",
+    "SERIES",
+    "SERIES_SCHEMA",
+    "Column",
+    "Results",
+    "provenance",
+    "read_manifest",
+    "schema_markdown",
+    "write_atomically",
+    "write_manifest",
+    "write_results",
+]

@@ -1,0 +1,113 @@
+"""Read a folder of results: tables as polars frames, or any question in SQL."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import duckdb
+import polars as pl
+
+from dmil.errors import InputError, OutputError
+from dmil.results.manifest import read_manifest
+from dmil.results.schema import RUNS_SCHEMA, SERIES_SCHEMA
+from dmil.results.writer import RUNS_FILE, SERIES_FILE
+
+
+class Results:
+    """A folder of results, checked when it is opened (ours).
+
+    Parameters
+    ----------
+    folder
+        Folder with ``runs.parquet``, ``series.parquet`` and ``manifest.json``.
+
+    Raises
+    ------
+    OutputError
+        The folder is not one of results, has another schema version, or a table is damaged.
+
+    Examples
+    --------
+    >>> results = Results("study")  # doctest: +SKIP
+    >>> results.query("select controller, avg(w_over_vc) from runs group by 1")  # doctest: +SKIP
+    """
+
+    def __init__(self, folder: Path | str) -> None:
+        self.folder = Path(folder)
+        self.manifest: dict[str, Any] = read_manifest(self.folder)
+        self._connection = duckdb.connect(":memory:")
+        for name, file, schema in (
+            ("runs", RUNS_FILE, RUNS_SCHEMA),
+            ("series", SERIES_FILE, SERIES_SCHEMA),
+        ):
+            path = self.folder / file
+            _check(path, schema)
+            quoted = str(path).replace("'", "''")
+            self._connection.execute(f"create view {name} as from read_parquet('{quoted}')")
+
+    def runs(self) -> pl.DataFrame:
+        """Return one row per run, columns as in :data:`dmil.results.RUNS_SCHEMA`."""
+        return self.query("from runs")
+
+    def series(self) -> pl.DataFrame:
+        """Return one row per run and time, columns as in :data:`dmil.results.SERIES_SCHEMA`."""
+        return self.query("from series")
+
+    def query(self, sql: str) -> pl.DataFrame:
+        """Answer a question in DuckDB's SQL; it sees the views ``runs`` and ``series``.
+
+        Raises
+        ------
+        InputError
+            The SQL is wrong, or a table is damaged.
+        """
+        try:
+            return pl.DataFrame(self._connection.sql(sql))
+        except duckdb.Error as error:
+            raise InputError(
+                str(error).strip(), where=f"query on {self.folder}", expected="SQL of DuckDB"
+            ) from error
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._connection.close()
+
+    def __enter__(self) -> Results:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+def _check(path: Path, schema: dict[str, pl.DataType]) -> None:
+    mend = "run the study again; it resumes where it can"
+    if not path.is_file():
+        raise OutputError(
+            f"it holds no {path.name}",
+            where=str(path.parent),
+            expected="a finished study",
+            mend=mend,
+        )
+    try:
+        found = dict(pl.read_parquet_schema(path))
+    except (pl.exceptions.PolarsError, OSError) as error:
+        raise OutputError(
+            f"the file is truncated or is not Parquet ({error})", where=str(path), mend=mend
+        ) from error
+    if found != schema:
+        names = sorted(
+            name for name in found.keys() | schema.keys() if found.get(name) != schema.get(name)
+        )
+        raise OutputError(
+            f"columns {', '.join(names)} are missing, unknown or of another type",
+            where=str(path),
+            expected="the columns of dmil.results.schema",
+            mend=mend,
+        )

@@ -1,0 +1,126 @@
+"""Write the tables of a study: whole or not at all, and the same bytes for the same rows."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import polars as pl
+
+from dmil.errors import OutputError
+from dmil.results.schema import RUN_KEY, RUNS, SERIES, SERIES_KEY, Column
+
+RUNS_FILE = "runs.parquet"
+SERIES_FILE = "series.parquet"
+
+
+def write_results(folder: Path | str, runs: pl.DataFrame, series: pl.DataFrame) -> None:
+    """Write ``runs.parquet`` and ``series.parquet`` into a folder (ours).
+
+    Rows are sorted by what identifies them, so the bytes do not depend on the order in which the
+    runs finished. Each file appears whole under its name or not at all.
+
+    Parameters
+    ----------
+    folder
+        Folder of the results; made if it is missing.
+    runs
+        One row per run, columns as in :data:`dmil.results.RUNS_SCHEMA`.
+    series
+        One row per run and decision time, columns as in :data:`dmil.results.SERIES_SCHEMA`.
+
+    Raises
+    ------
+    OutputError
+        A column is missing, unknown, of the wrong type or null where it must not be, two rows
+        describe the same run, or the folder cannot be written.
+    """
+    folder = Path(folder)
+    tables = (
+        (folder / RUNS_FILE, _conform(runs, RUNS, RUN_KEY, "runs")),
+        (folder / SERIES_FILE, _conform(series, SERIES, SERIES_KEY, "series")),
+    )
+    for path, table in tables:
+        write_atomically(path, partial(_write_parquet, table))
+
+
+def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
+    """Let ``write`` fill a temporary file next to ``path``, then put it in place (ours).
+
+    Raises
+    ------
+    OutputError
+        The folder or file cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(
+            prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent
+        )
+    except OSError as error:
+        raise _not_writable(path, error) from error
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        write(temporary)
+        # mkstemp makes files for the owner only; results are to be shared like any other file.
+        temporary.chmod(0o666 & ~_umask())
+        temporary.replace(path)
+    except OSError as error:
+        raise _not_writable(path, error) from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _write_parquet(table: pl.DataFrame, file: Path) -> None:
+    # Fixed row groups and compression: the bytes depend on the rows alone.
+    table.write_parquet(file, compression="zstd", statistics=True, row_group_size=65_536)
+
+
+def _conform(
+    table: pl.DataFrame, columns: tuple[Column, ...], key: tuple[str, ...], name: str
+) -> pl.DataFrame:
+    wanted = [column.name for column in columns]
+    missing = [column for column in wanted if column not in table.columns]
+    unknown = [column for column in table.columns if column not in wanted]
+    if missing or unknown:
+        raise OutputError(
+            f"missing columns {missing}, unknown columns {unknown}",
+            where=f"table '{name}'",
+            expected="the columns of dmil.results.schema",
+        )
+    try:
+        typed = table.select(pl.col(column.name).cast(column.dtype) for column in columns)
+    except pl.exceptions.PolarsError as error:
+        raise OutputError(
+            f"a column has the wrong type: {error}", where=f"table '{name}'"
+        ) from error
+    empty = [c.name for c in columns if not c.nullable and typed[c.name].null_count()]
+    if empty:
+        raise OutputError(f"columns {empty} have null values", where=f"table '{name}'")
+    ordered = typed.sort(key, nulls_last=False)
+    twice = ordered.filter(pl.struct(key).is_duplicated())
+    if twice.height:
+        raise OutputError(
+            f"{twice.height} rows share their identity, first {twice.select(key).row(0)}",
+            where=f"table '{name}'",
+            expected=f"one row for each {', '.join(key)}",
+        )
+    return ordered
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _not_writable(path: Path, error: OSError) -> OutputError:
+    return OutputError(
+        f"cannot be written ({error.strerror or error})",
+        where=str(path),
+        mend="choose another output folder or free the space",
+    )
