@@ -19,6 +19,8 @@ import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+# hatchling asks for it only when it installs the checkout itself.
+EDITABLE = ["editables~=0.3"]
 PYTHONS = ("3.11", "3.12", "3.13")
 # Newest tag first: pip prefers the first platform that has a file, as a real machine does.
 LINUX = [f"manylinux_2_{minor}" for minor in range(36, 16, -1)] + ["manylinux2014"]
@@ -87,7 +89,7 @@ def main() -> None:
     """Resolve, collect the hashes and write both files."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     extras = project["project"]["optional-dependencies"]
-    needed = [*project["project"]["dependencies"], *project["build-system"]["requires"]]
+    needed = [*project["project"]["dependencies"], *project["build-system"]["requires"], *EDITABLE]
     runtime = resolve(needed, {})
     everything = resolve([line for line in extras["dev"] if not line.startswith("dmil")], runtime)
     hashes = file_hashes(everything)
