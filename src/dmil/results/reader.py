@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from types import TracebackType
+from types import SimpleNamespace, TracebackType
 from typing import Any
 
 import duckdb
@@ -64,7 +64,15 @@ class Results:
             The SQL is wrong, or a table is damaged.
         """
         try:
-            return pl.DataFrame(self._connection.sql(sql))
+            answer = self._connection.sql(sql)
+            if answer is None:
+                raise InputError(
+                    "the statement returns no rows", where="query", expected="a select"
+                )
+            stream = answer.__arrow_c_stream__()
+            # polars remembers every type it was given; remembering one of DuckDB's would make the
+            # interpreter report leaks when it ends, so the stream is handed over in plain clothes.
+            return pl.DataFrame(SimpleNamespace(__arrow_c_stream__=lambda _schema=None: stream))
         except duckdb.Error as error:
             raise InputError(
                 str(error).strip(), where=f"query on {self.folder}", expected="SQL of DuckDB"
