@@ -1,0 +1,117 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+
+from dmil import compilation
+from dmil.compilation import cache_folder, kernel
+
+# Not written out, so that this file's own text holds no kernel.
+MARK = "@" + "kernel"
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """A package of one kernel and one plain file, in the place of dmil."""
+    folder = tmp_path / "package"
+    (folder / "room").mkdir(parents=True)
+    (folder / "room" / "kernel.py").write_text(f"{MARK}\ndef f(x):\n    return x + 1\n")
+    (folder / "plain.py").write_text("def g(x):\n    return x\n")
+    monkeypatch.setattr(compilation, "__file__", str(folder / "compilation.py"))
+    monkeypatch.setenv("DMIL_CACHE", str(tmp_path / "cache"))
+    cache_folder.cache_clear()
+    yield folder
+    cache_folder.cache_clear()
+
+
+def folder_now() -> Path:
+    cache_folder.cache_clear()
+    return cache_folder()
+
+
+def test_the_same_source_has_the_same_folder(package):
+    assert folder_now() == folder_now()
+
+
+def test_an_edited_kernel_has_another_folder(package):
+    before = folder_now()
+    path = package / "room" / "kernel.py"
+    path.write_text(path.read_text().replace("+ 1", "+ 2"))
+    assert folder_now() != before
+
+
+def test_a_moved_kernel_has_another_folder(package):
+    before = folder_now()
+    (package / "room" / "kernel.py").rename(package / "room" / "other.py")
+    assert folder_now() != before
+
+
+def test_a_file_without_kernels_does_not_count(package):
+    before = folder_now()
+    (package / "plain.py").write_text("def g(x):\n    return 2 * x\n")
+    assert folder_now() == before
+
+
+def test_another_numba_has_another_folder(package, monkeypatch):
+    before = folder_now()
+    monkeypatch.setattr(numba, "__version__", "0.0.0")
+    assert folder_now() != before
+
+
+def test_the_base_folder_is_the_users_choice(package, tmp_path, monkeypatch):
+    assert folder_now().parent == tmp_path / "cache" / "dmil" / "kernels"
+    monkeypatch.delenv("DMIL_CACHE")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
+    assert folder_now().parent == tmp_path / "xdg" / "dmil" / "kernels"
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert folder_now().parent == tmp_path / ".cache" / "dmil" / "kernels"
+
+
+def test_a_kernel_computes_what_its_plain_function_computes():
+    def running_total(values):
+        total = np.zeros_like(values)
+        for i in range(values.size):
+            total[i] = values[i] + (total[i - 1] if i > 0 else 0)
+        return total
+
+    values = np.array([3, -1, 4, 1, -5], dtype=np.int64)
+    np.testing.assert_array_equal(kernel(running_total)(values), running_total(values))
+
+
+def test_a_kernel_divides_as_numpy_does():
+    def ratio(a, b):
+        return a / b
+
+    assert kernel(ratio)(1.0, 0.0) == np.inf
+
+
+def test_numbas_own_setting_is_left_as_it_was():
+    def one():
+        return 1
+
+    before = numba.config.CACHE_DIR
+    kernel(one)
+    assert before == numba.config.CACHE_DIR
+
+
+def test_machine_code_is_kept_in_the_folder_and_found_by_the_next_process(tmp_path):
+    module = tmp_path / "stranger.py"
+    module.write_text(
+        "from dmil.compilation import kernel\n\n\n"
+        f"{MARK}\ndef double(x):\n    return 2 * x\n\n\n"
+        "print(double(21), sum(double.stats.cache_hits.values()))\n"
+    )
+
+    def run() -> str:
+        environment = {"DMIL_CACHE": str(tmp_path / "cache"), "PATH": ""}
+        command = [sys.executable, str(module)]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        return done.stdout
+
+    assert run() == "42 0\n"
+    assert list((tmp_path / "cache" / "dmil" / "kernels").rglob("*.nbc"))
+    assert run() == "42 1\n"
