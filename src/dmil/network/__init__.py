@@ -1,21 +1,29 @@
 """Road networks: frozen data, a grid builder, readers of files, checks."""
 
+from dmil.network.checks import check_network
+from dmil.network.cityflow import read_cityflow_roadnet
 from dmil.network.grid import grid
 from dmil.network.model import (
+    TURNS,
     Intersection,
     Link,
     Movement,
     RoadNetwork,
     Turn,
+    exit_sides,
     shape_signature,
 )
 
 __all__ = [
+    "TURNS",
     "Intersection",
     "Link",
     "Movement",
     "RoadNetwork",
     "Turn",
+    "check_network",
+    "exit_sides",
     "grid",
+    "read_cityflow_roadnet",
     "shape_signature",
 ]

@@ -205,3 +205,32 @@ def shape_signature(intersection: Intersection) -> str:
         sorted(intersection.unsignalled),
     ]
     return hashlib.blake2b(json.dumps(shape).encode(), digest_size=8).hexdigest()
+
+
+def exit_sides(network: RoadNetwork, intersection: Intersection) -> tuple[int, ...]:
+    """Return for every movement the side by which it leaves, numbered like the approaches (ours).
+
+    A movement leaves by the side of the approach whose node it goes to; sides that only lead away
+    get the numbers after the approaches. For the paper's intersection a movement from side s
+    leaves by s + 1 (right), s + 2 (straight) or s + 3 (left), modulo 4.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    intersection
+        One of its intersections.
+    """
+    links, index = network.links, network.link_index
+    side_of_node: dict[str, int] = {}
+    for movement in intersection.movements:
+        side_of_node.setdefault(links[index[movement.from_link]].start, movement.approach)
+    following = 1 + max(movement.approach for movement in intersection.movements)
+    sides = []
+    for movement in intersection.movements:
+        node = links[index[movement.to_link]].end
+        if node not in side_of_node:
+            side_of_node[node] = following
+            following += 1
+        sides.append(side_of_node[node])
+    return tuple(sides)

@@ -1,22 +1,41 @@
-"""Readable names of phases, such as "E/W F" and "E F+L"."""
+"""Order and names: sides counter-clockwise from East, phases such as "E/W F" and "E F+L"."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from dmil.network.model import TURNS, Movement
+from dmil.network.model import Movement
 
 COMPASS = ("E", "NE", "N", "NW", "W", "SW", "S", "SE")
-LETTER = {"right": "R", "straight": "F", "left": "L", "uturn": "U"}
+_LETTERS = (("straight", "F"), ("left", "L"), ("right", "R"), ("uturn", "U"))
 
 
-def approach_names(angles_rad: Sequence[float]) -> tuple[str, ...]:
-    """Name approaches after the point of the compass they come from (ours).
+def order_counter_clockwise(angle_rad: Mapping[str, float]) -> list[str]:
+    """Order the roads into an intersection by the side that they come from (ours).
+
+    Counter-clockwise from East, where East begins at -45°: a road from slightly South of East
+    still comes first, so that four sides are always E, N, W, S.
 
     Parameters
     ----------
-    angles_rad
+    angle_rad
+        Link id to the angle, counter-clockwise from East, of where its traffic comes from.
+    """
+    turn = 2 * math.pi
+
+    def key(link: str) -> tuple[float, str]:
+        return round((angle_rad[link] + math.pi / 4) % turn, 9) % turn, link
+
+    return sorted(angle_rad, key=key)
+
+
+def approach_names(angle_rad: Sequence[float]) -> tuple[str, ...]:
+    """Name approaches after the point of the compass that they come from (ours).
+
+    Parameters
+    ----------
+    angle_rad
         Angle of the side that the traffic comes from, counter-clockwise from East.
 
     Returns
@@ -28,15 +47,15 @@ def approach_names(angles_rad: Sequence[float]) -> tuple[str, ...]:
     for step in (2, 1):
         points = COMPASS[::step]
         names = tuple(
-            points[round(angle / (2 * math.pi) * len(points)) % len(points)] for angle in angles_rad
+            points[round(angle / (2 * math.pi) * len(points)) % len(points)] for angle in angle_rad
         )
         if len(set(names)) == len(names):
             return names
-    return tuple(str(index) for index in range(len(angles_rad)))
+    return tuple(str(index) for index in range(len(angle_rad)))
 
 
-def phase_name(phase: frozenset[int], movements: Sequence[Movement], names: Sequence[str]) -> str:
-    """Name a phase in the paper's manner: sides, then F, L or R (paper, Section IV).
+def phase_name(phase: frozenset[int], movements: Sequence[Movement], sides: Sequence[str]) -> str:
+    """Name a phase in the paper's manner: sides, then F, L, R or U (paper, Section IV).
 
     Parameters
     ----------
@@ -44,18 +63,14 @@ def phase_name(phase: frozenset[int], movements: Sequence[Movement], names: Sequ
         Local movement indices.
     movements
         Movements of the intersection.
-    names
+    sides
         Name of every approach.
     """
-    turns: dict[int, set[str]] = {}
+    served: dict[int, set[str]] = {}
     for index in sorted(phase):
-        turns.setdefault(movements[index].approach, set()).add(movements[index].turn)
+        served.setdefault(movements[index].approach, set()).add(movements[index].turn)
     groups: dict[str, list[str]] = {}
-    for approach, served in turns.items():
-        order = ("straight", "left", "right", "uturn")
-        letters = "+".join(LETTER[turn] for turn in order if turn in served)
-        groups.setdefault(letters, []).append(names[approach])
-    return ", ".join(f"{'/'.join(sides)} {letters}" for letters, sides in groups.items())
-
-
-__all__ = ["COMPASS", "LETTER", "TURNS", "approach_names", "phase_name"]
+    for approach, turns in served.items():
+        letters = "+".join(letter for turn, letter in _LETTERS if turn in turns)
+        groups.setdefault(letters, []).append(sides[approach])
+    return ", ".join(f"{'/'.join(names)} {letters}" for letters, names in groups.items())

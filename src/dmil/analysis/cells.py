@@ -1,0 +1,195 @@
+"""Runs arranged for comparison: one column per cell of the study, one row per seed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from dmil.analysis.paper import Architecture, intersections_of
+from dmil.errors import InputError
+from dmil.results import Results
+
+#: What makes up a cell: all runs that differ in nothing but the seed.
+CELL: tuple[str, ...] = (
+    "preset",
+    "scenario",
+    "reward",
+    "controller",
+    "embedding",
+    "communication",
+    "epsilon",
+)
+
+PRESET_ORDER = ("literal", "decaying", "matched")
+REWARD_ORDER = ("default", "entropy", "diffusion", "queue", "pressure")
+BASELINES = ("longest-queue-first", "max-pressure", "fixed-cycle", "random")
+LEARNERS = ("sarsa", "dual-memory")
+CONTROLLER_ORDER = (*LEARNERS, *BASELINES)
+EMBEDDING_ORDER = ("exact", "simple", "complex", "cells")
+
+Key = tuple[str | bool | float | None, ...]
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Measures of all successful runs as (seeds, cells) arrays.
+
+    Parameters
+    ----------
+    table
+        One row per cell: the columns of :data:`CELL`, in the order of the paper.
+    seeds
+        Seeds, ascending.
+    measures
+        Name of the measure to array (seeds, cells); NaN where there is no run.
+    """
+
+    table: pl.DataFrame
+    seeds: tuple[int, ...]
+    measures: dict[str, NDArray[np.float64]]
+
+    def __post_init__(self) -> None:
+        index = {key: number for number, key in enumerate(self.table.rows())}
+        object.__setattr__(self, "_index", index)
+
+    @property
+    def presets(self) -> list[str]:
+        """Presets, those of the paper first."""
+        return ordered(self.table["preset"].unique().to_list(), PRESET_ORDER)
+
+    @property
+    def rewards(self) -> list[str]:
+        """Rewards of the learning agents, those of the paper first."""
+        return ordered(self.table["reward"].drop_nulls().unique().to_list(), REWARD_ORDER)
+
+    @property
+    def scenarios(self) -> list[str]:
+        """Scenarios, small grids first."""
+        return sorted(
+            self.table["scenario"].unique().to_list(),
+            key=lambda name: (intersections_of(name) or 10**9, name),
+        )
+
+    def find(
+        self, preset: str, scenario: str, reward: str, architecture: Architecture
+    ) -> int | None:
+        """Return the number of a learning agent's cell, None if it was not run."""
+        return self._number(
+            (
+                preset,
+                scenario,
+                reward,
+                architecture.controller,
+                architecture.embedding,
+                architecture.communication,
+                architecture.epsilon,
+            )
+        )
+
+    def baseline(self, preset: str, scenario: str, controller: str) -> int | None:
+        """Return the number of a baseline's cell, None if it was not run.
+
+        A baseline does not depend on the preset: if the preset has none, another's stands in.
+        """
+        for name in (preset, *self.presets):
+            number = self._number((name, scenario, None, controller, None, False, None))
+            if number is not None:
+                return number
+        return None
+
+    def _number(self, key: Key) -> int | None:
+        index: dict[Key, int] = self._index  # type: ignore[attr-defined]
+        return index.get(key)
+
+    def columns(self, measure: str, numbers: Sequence[int | None]) -> NDArray[np.float64]:
+        """Return a measure of several cells as (seeds, numbers); NaN columns for None."""
+        values = self.measures[measure]
+        missing = np.full((len(self.seeds), 1), np.nan)
+        padded = np.hstack([values, missing])
+        return padded[:, [values.shape[1] if number is None else number for number in numbers]]
+
+
+def ordered(names: Sequence[str], order: Sequence[str]) -> list[str]:
+    """Return names in a given order, unknown ones after them by the alphabet."""
+    rank = {name: number for number, name in enumerate(order)}
+    return sorted(names, key=lambda name: (rank.get(name, len(rank)), name))
+
+
+def cells_of(results: Results) -> Cells:
+    """Arrange the successful runs of a study.
+
+    Besides the numeric columns of ``runs`` there is the measure ``entries_per_decision``: the slope
+    of a least-squares line through the stored states per agent over the decisions of the run.
+
+    Raises
+    ------
+    InputError
+        No run succeeded, or two runs of one cell have the same seed.
+    """
+    runs = results.query("from runs where status = 'ok'")
+    if runs.is_empty():
+        failures = results.query("select status from runs limit 1")
+        reason = f"; the first failed with: {failures.item()}" if failures.height else ""
+        raise InputError(
+            f"the study has no successful run{reason}",
+            where=str(results.folder),
+            mend="run 'dmil study' again",
+        )
+    runs = runs.join(_slopes(results), on=[*CELL, "seed"], how="left", nulls_equal=True)
+    return arrange(runs, str(results.folder))
+
+
+def arrange(runs: pl.DataFrame, where: str) -> Cells:
+    """Arrange rows with the columns of :data:`CELL`, ``seed`` and any numeric measures."""
+    twice = runs.filter(pl.struct(*CELL, "seed").is_duplicated())
+    if twice.height:
+        raise InputError(
+            f"{twice.height} runs share cell and seed, first {twice.select(*CELL, 'seed').row(0)}",
+            where=where,
+            expected="one run for each cell and seed",
+            mend="analyse different horizons or studies in folders of their own",
+        )
+    ranks = [_rank("preset", PRESET_ORDER), _scenario_rank(), _rank("reward", REWARD_ORDER)]
+    ranks += [_rank("controller", CONTROLLER_ORDER), _rank("embedding", EMBEDDING_ORDER)]
+    table = runs.select(CELL).unique().sort(*ranks, *CELL, nulls_last=True)
+    seeds = sorted(runs["seed"].unique().to_list())
+    placed = runs.join(table.with_row_index("cell"), on=CELL, nulls_equal=True)
+    row = np.searchsorted(seeds, placed["seed"].to_numpy())
+    column = placed["cell"].to_numpy()
+    measures = {}
+    for name, dtype in runs.schema.items():
+        if dtype.is_numeric() and name not in (*CELL, "seed"):
+            values = np.full((len(seeds), table.height), np.nan)
+            values[row, column] = placed[name].cast(pl.Float64).fill_null(np.nan).to_numpy()
+            measures[name] = values
+    return Cells(table, tuple(seeds), measures)
+
+
+def _rank(column: str, order: Sequence[str]) -> pl.Expr:
+    return pl.col(column).replace_strict(
+        list(order), list(range(len(order))), default=len(order), return_dtype=pl.Int64
+    )
+
+
+def _scenario_rank() -> pl.Expr:
+    return pl.col("scenario").map_elements(
+        lambda name: intersections_of(name) or 10**9, return_dtype=pl.Int64
+    )
+
+
+def _slopes(results: Results) -> pl.DataFrame:
+    """Entries per decision of each run, by least squares over its decision times."""
+    return results.query(
+        f"""
+        select {", ".join(CELL)}, seed,
+            regr_slope(coalesce(short_term_entries, 0) + coalesce(long_term_entries, 0)
+                       + coalesce(table_entries, 0), decision) as entries_per_decision
+        from (select *, row_number() over (
+                  partition by {", ".join(CELL)}, seed order by time_s) as decision from series)
+        group by all
+        """
+    )

@@ -1,0 +1,236 @@
+"""Summary tables of a study: every cell, the paper's table beside ours, presets, curves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import polars as pl
+
+from dmil.analysis.cells import CELL, LEARNERS, Cells, arrange, cells_of, ordered
+from dmil.analysis.paper import PAPER_COLUMNS, PAPER_REWARDS, TABLE_II, architecture_of
+from dmil.results import Results
+from dmil.seeding import stream
+from dmil.statistics import Estimate, mean_interval, paired_difference, standard_deviation
+
+HEADLINE = "w_over_vc"
+
+
+def summary(results: Results | Cells) -> pl.DataFrame:
+    """Return one row per cell of the study (ours).
+
+    Parameters
+    ----------
+    results
+        Results of a study, or its cells if they are arranged already.
+
+    Returns
+    -------
+    Columns of a cell; ``n`` seeds; mean, sd and 95 % interval of W/V_c; means of V_c, W, queue,
+    travel time, throughput, stored entries and bytes; the paired relative difference of W/V_c to
+    max-pressure and to longest-queue-first in % with its interval (below 0: waits less).
+    """
+    cells = _cells(results)
+    headline = cells.measures[HEADLINE]
+    estimate = mean_interval(headline, stream(0, "bootstrap", "summary"))
+    columns: dict[str, pl.Series] = {
+        "n": pl.Series(estimate.seeds),
+        "w_over_vc_mean": _series(estimate.value),
+        "w_over_vc_sd": _series(standard_deviation(headline)),
+        "w_over_vc_low": _series(estimate.low),
+        "w_over_vc_high": _series(estimate.high),
+    }
+    for name, measure in (
+        ("vc_mean", "arrived_veh"),
+        ("wait_mean_s", "wait_per_spawned_s"),
+        ("queue_mean_veh", "mean_queue_veh"),
+        ("travel_time_mean_s", "travel_time_s"),
+        ("throughput_mean_veh_per_h", "throughput_veh_per_h"),
+        ("entries_mean", "entries_per_agent"),
+        ("msize_mean", "msize_per_agent"),
+        ("bytes_mean", "bytes_total"),
+    ):
+        columns[name] = _series(_mean(cells.measures[measure]))
+    for name, baseline in (
+        ("vs_max_pressure", "max-pressure"),
+        ("vs_longest_queue", "longest-queue-first"),
+    ):
+        partners = [
+            cells.baseline(row["preset"], row["scenario"], baseline)
+            for row in cells.table.iter_rows(named=True)
+        ]
+        difference = paired_difference(
+            headline,
+            cells.columns(HEADLINE, partners),
+            stream(0, "bootstrap", "summary", baseline),
+            relative=True,
+        )
+        columns |= _percent(name, difference)
+    return cells.table.with_columns(**columns)
+
+
+def paper_table(results: Results | Cells) -> pl.DataFrame:
+    """Return the paper's Table II beside ours, long (ours).
+
+    Returns
+    -------
+    One row per preset, scenario, reward and column: ``paper_mean``, ``paper_spread`` (null where
+    the paper has no entry), ``mean``, ``sd``, ``low``, ``high``, ``n`` of ours (null where it was
+    not run). The baselines are columns too; they have no reward and no paper value. Rows where
+    both are missing are left out.
+    """
+    cells = _cells(results)
+    rows: list[tuple[str, str, str | None, str, int | None]] = []
+    for preset in cells.presets:
+        for scenario in cells.scenarios:
+            for reward in ordered(list({*PAPER_REWARDS, *cells.rewards}), PAPER_REWARDS):
+                for column in PAPER_COLUMNS:
+                    architecture = architecture_of(column, preset)
+                    number = cells.find(preset, scenario, reward, architecture)
+                    rows.append((preset, scenario, reward, column, number))
+            for baseline in ("longest-queue-first", "max-pressure", "fixed-cycle", "random"):
+                number = cells.baseline(preset, scenario, baseline)
+                rows.append((preset, scenario, None, baseline, number))
+    table = pl.DataFrame(
+        [row[:4] for row in rows],
+        schema={
+            "preset": pl.String,
+            "scenario": pl.String,
+            "reward": pl.String,
+            "column": pl.String,
+        },
+        orient="row",
+    )
+    ours = _estimates(cells, [row[4] for row in rows], "paper-table")
+    paper = pl.DataFrame(
+        [(v.scenario, v.reward, v.column, v.mean, v.spread) for v in TABLE_II],
+        schema=["scenario", "reward", "column", "paper_mean", "paper_spread"],
+        orient="row",
+    )
+    joined = pl.concat([table, ours], how="horizontal").join(
+        paper, on=["scenario", "reward", "column"], how="left", maintain_order="left"
+    )
+    return joined.filter(pl.col("mean").is_not_null() | pl.col("paper_mean").is_not_null())
+
+
+def sensitivity(results: Results | Cells) -> pl.DataFrame:
+    """Return how W/V_c of the paper's columns depends on the preset (ours).
+
+    Returns
+    -------
+    One row per scenario, reward, column and preset: ``mean``, ``sd``, ``low``, ``high``, ``n``,
+    and the paired relative difference to the study's first preset in %, with its interval.
+    """
+    cells = _cells(results)
+    rows = [
+        (scenario, reward, column, preset)
+        for scenario in cells.scenarios
+        for reward in cells.rewards
+        for column in PAPER_COLUMNS
+        for preset in cells.presets
+    ]
+    numbers = [cells.find(p, s, r, architecture_of(c, p)) for s, r, c, p in rows]
+    first = [
+        cells.find(cells.presets[0], s, r, architecture_of(c, cells.presets[0]))
+        for s, r, c, _ in rows
+    ]
+    difference = paired_difference(
+        cells.columns(HEADLINE, numbers),
+        cells.columns(HEADLINE, first),
+        stream(0, "bootstrap", "sensitivity"),
+        relative=True,
+    )
+    table = pl.DataFrame(rows, schema=["scenario", "reward", "column", "preset"], orient="row")
+    table = pl.concat([table, _estimates(cells, numbers, "sensitivity")], how="horizontal")
+    return table.with_columns(**_percent("vs_first_preset", difference)).filter(
+        pl.col("mean").is_not_null()
+    )
+
+
+def curves(results: Results, measure: str, preset: str, scenario: str) -> pl.DataFrame:
+    """Return a measure of every cell of one preset and scenario over time (ours).
+
+    Parameters
+    ----------
+    measure
+        A numeric column of ``series``, or ``entries``, all states an agent stores.
+
+    Returns
+    -------
+    Columns of a cell, ``time_s``, ``mean``, ``low`` and ``high`` over seeds. Baselines that ran
+    under another preset only are taken from there.
+    """
+    value = (
+        "coalesce(short_term_entries, 0) + coalesce(long_term_entries, 0)"
+        " + coalesce(table_entries, 0)"
+        if measure == "entries"
+        else f'"{measure}"'
+    )
+    learners = ", ".join(f"'{name}'" for name in LEARNERS)
+    rows = results.query(
+        f"""
+        select {", ".join(CELL)}, seed, time_s, {value} as value from series
+        where scenario = {_quoted(scenario)}
+          and (preset = {_quoted(preset)} or controller not in ({learners}))
+        """
+    )
+    own = rows.filter(pl.col("preset") == preset)
+    have = own["controller"].unique().to_list()
+    others = rows.filter((pl.col("preset") != preset) & ~pl.col("controller").is_in(have))
+    if others.height:
+        others = others.filter(pl.col("preset") == others["preset"].first())
+        own = pl.concat([own, others.with_columns(preset=pl.lit(preset))])
+    if own.is_empty():
+        return own.select(*CELL, "time_s", mean="value", low="value", high="value")
+    wide = own.pivot(on="time_s", index=[*CELL, "seed"], values="value")
+    cells = arrange(wide, str(results.folder))
+    times = sorted(int(name) for name in cells.measures)
+    values = np.hstack([cells.measures[str(time)] for time in times])
+    estimate = mean_interval(values, stream(0, "bootstrap", "curves"), resamples=2_000)
+    count = cells.table.height
+    return pl.concat([cells.table] * len(times)).with_columns(
+        time_s=pl.Series(np.repeat(times, count)),
+        mean=_series(estimate.value),
+        low=_series(estimate.low),
+        high=_series(estimate.high),
+    )
+
+
+def _cells(results: Results | Cells) -> Cells:
+    return results if isinstance(results, Cells) else cells_of(results)
+
+
+def _estimates(cells: Cells, numbers: Sequence[int | None], name: str) -> pl.DataFrame:
+    values = cells.columns(HEADLINE, numbers)
+    estimate = mean_interval(values, stream(0, "bootstrap", name))
+    return pl.DataFrame(
+        {
+            "mean": _series(estimate.value),
+            "sd": _series(standard_deviation(values)),
+            "low": _series(estimate.low),
+            "high": _series(estimate.high),
+            "n": pl.Series(estimate.seeds),
+        }
+    )
+
+
+def _percent(name: str, estimate: Estimate) -> dict[str, pl.Series]:
+    return {
+        f"{name}_pct": _series(100 * estimate.value),
+        f"{name}_low_pct": _series(100 * estimate.low),
+        f"{name}_high_pct": _series(100 * estimate.high),
+    }
+
+
+def _mean(values: np.ndarray) -> np.ndarray:
+    present = ~np.isnan(values)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.where(present, values, 0.0).sum(axis=0) / present.sum(axis=0))
+
+
+def _series(values: np.ndarray) -> pl.Series:
+    return pl.Series(values).fill_nan(None)
+
+
+def _quoted(text: str) -> str:
+    return "'" + text.replace("'", "''") + "'"

@@ -1,0 +1,143 @@
+"""Controllers without memory: the ones to beat."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from dmil.controllers.protocol import FloatArray, IntArray, Situation
+from dmil.network import Intersection, RoadNetwork
+from dmil.simulation import Observation
+from dmil.simulation.pressure import movement_pressure
+
+
+class RandomController:
+    """Chooses phases uniformly at random: the floor under every comparison."""
+
+    def begin(self, situation: Situation) -> None:
+        """Take the stream of chance and the number of phases."""
+        self._rng = situation.rng
+        self._phases = np.array([len(item.phases) for item in situation.network.intersections])
+
+    def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
+        """Draw a phase for every intersection."""
+        return self._rng.integers(0, self._phases).astype(np.int32)
+
+
+class FixedCycleController:
+    """Shows the same phases in the same order, whatever happens (specification, §8).
+
+    The cycle holds, in the order of the network, the phases that serve a movement no earlier phase
+    of the cycle serves: for the paper's intersection its first four.
+
+    Parameters
+    ----------
+    green_s
+        Green per phase in s; None takes it from the network's own program where there is one, else
+        one decision interval. Greens are rounded up to whole decision intervals.
+    """
+
+    def __init__(self, green_s: float | None = None) -> None:
+        self._green_s = green_s
+
+    def begin(self, situation: Situation) -> None:
+        """Lay out one cycle of every intersection in decision intervals."""
+        interval_s = situation.decision_interval_s
+        cycles = []
+        for item in situation.network.intersections:
+            planned_s = dict(item.program)
+            cycle: list[int] = []
+            for phase in covering_phases(item):
+                green_s = self._green_s or planned_s.get(phase, interval_s)
+                cycle += [phase] * max(1, int(np.ceil(green_s / interval_s - 1e-9)))
+            cycles.append(cycle)
+        self._length = np.array([len(cycle) for cycle in cycles])
+        self._cycle = np.zeros((len(cycles), self._length.max()), np.int32)
+        for i, cycle in enumerate(cycles):
+            self._cycle[i, : len(cycle)] = cycle
+        self._interval_s = interval_s
+
+    def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
+        """Look up the phase for this time."""
+        step = (observation.time_s // self._interval_s) % self._length
+        return self._cycle[np.arange(step.size), step]
+
+
+class LongestQueueFirstController:
+    """Serves the phase with the most vehicles queued in front of it.
+
+    Of equally good phases the one already shown stays, else the first is taken.
+    """
+
+    def begin(self, situation: Situation) -> None:
+        """Note which movements each phase serves."""
+        self._served = signalled(situation.network)
+
+    def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
+        """Compare the queues of all phases."""
+        return best_phase(self._served, observation.queue_veh, observation.phase)
+
+
+class MaxPressureController:
+    """Serves the phase with the highest pressure (Varaiya 2013).
+
+    Of equally good phases the one already shown stays, else the first is taken.
+    """
+
+    def begin(self, situation: Situation) -> None:
+        """Note which movements each phase serves."""
+        self._network = situation.network
+        self._served = signalled(situation.network)
+
+    def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
+        """Compare the pressures of all phases."""
+        pressure_veh = movement_pressure(observation.queue_veh, self._network)
+        return best_phase(self._served, pressure_veh, observation.phase)
+
+
+def covering_phases(intersection: Intersection) -> list[int]:
+    """Return the phases that serve a movement which no earlier one of them serves (ours)."""
+    covered: frozenset[int] = frozenset()
+    chosen = []
+    for phase, movements in enumerate(intersection.phases):
+        if not movements <= covered:
+            chosen.append(phase)
+            covered |= movements
+    return chosen or [0]
+
+
+def signalled(network: RoadNetwork) -> npt.NDArray[np.float64]:
+    """Return 1 where a phase serves a movement that needs it: (intersections, phases, orientations).
+
+    Phases that an intersection does not have are NaN, so that they are never the best.
+    """
+    intersections = network.intersections
+    phases = max(len(item.phases) for item in intersections)
+    orientations = max(len(item.movements) for item in intersections)
+    served = np.full((len(intersections), phases, orientations), np.nan)
+    for i, item in enumerate(intersections):
+        served[i, : len(item.phases)] = 0.0
+        for p, phase in enumerate(item.phases):
+            served[i, p, sorted(phase - item.unsignalled)] = 1.0
+    return served
+
+
+def best_phase(
+    served: npt.NDArray[np.float64], merit: npt.NDArray[np.generic], shown: IntArray
+) -> IntArray:
+    """Return the phase whose movements have the highest sum of merits (ours).
+
+    Parameters
+    ----------
+    served: (intersections, phases, orientations) float64
+        See `signalled`.
+    merit: (intersections, orientations) float or int
+    shown: (intersections,) int32
+        Phase to keep if it is among the best.
+    """
+    totals = np.matmul(served, merit[:, :, None].astype(np.float64))[:, :, 0]
+    totals = np.where(np.isnan(totals), -np.inf, totals)
+    best = totals.argmax(axis=1).astype(np.int32)
+    every = np.arange(best.size)
+    kept = (shown >= 0) & (totals[every, shown] >= totals[every, best])
+    return np.where(kept, shown, best).astype(np.int32)

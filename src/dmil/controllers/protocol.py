@@ -1,0 +1,106 @@
+"""What a controller is: few verbs, all intersections at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+from dmil.network import RoadNetwork
+from dmil.simulation import Observation
+
+IntArray = npt.NDArray[np.int32]
+FloatArray = npt.NDArray[np.float64]
+Arrays = Mapping[str, npt.NDArray[np.generic]]
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What a controller is told before a run begins.
+
+    Attributes
+    ----------
+    network: RoadNetwork
+        The roads and signals it controls.
+    decision_interval_s: int
+        Time between two decisions.
+    rng: numpy.random.Generator
+        The only source of chance it may use.
+    """
+
+    network: RoadNetwork
+    decision_interval_s: int
+    rng: np.random.Generator
+
+
+@runtime_checkable
+class Controller(Protocol):
+    """Chooses the phase of every intersection, every decision interval."""
+
+    def begin(self, situation: Situation) -> None:
+        """Get ready for a run; what was learned in an earlier run on the same network stays."""
+
+    def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
+        """Choose phases, learning from the reward of the last choice.
+
+        Parameters
+        ----------
+        observation
+            What is seen now.
+        reward: (intersections,) float64 or None
+            Reward of the interval that ended now; None at the first decision of a run.
+
+        Returns
+        -------
+        phases: (intersections,) int32
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class MemoryUse:
+    """How much a controller remembers, after the paper's §V and in bytes.
+
+    Attributes
+    ----------
+    short_term_entries, long_term_entries, table_entries: float
+        States stored, m_s, m_L and m_Q: mean over the agents.
+    msize: float
+        The paper's size: 3·m_L + |A|·m_s, or |A|·m_Q: mean over the agents.
+    entries_total: int
+        States stored by all agents together; a table that all share counts once.
+    bytes_total: int
+        Memory of these entries and the index over them, all agents together.
+    """
+
+    short_term_entries: float
+    long_term_entries: float
+    table_entries: float
+    msize: float
+    entries_total: int
+    bytes_total: int
+
+    @property
+    def entries(self) -> float:
+        """States stored per agent, in whichever memory."""
+        return self.short_term_entries + self.long_term_entries + self.table_entries
+
+
+NO_MEMORY = MemoryUse(0.0, 0.0, 0.0, 0.0, 0, 0)
+"""What a controller without memory uses."""
+
+
+@runtime_checkable
+class MemoryController(Controller, Protocol):
+    """A controller that remembers, and whose memory can be measured, saved and loaded."""
+
+    def memory_use(self) -> MemoryUse:
+        """Return how much is remembered now."""
+
+    def arrays(self) -> Arrays:
+        """Return all that was learned as flat arrays, as `restore` takes them."""
+
+    def restore(self, arrays: Arrays) -> None:
+        """Replace all that was learned; call after `begin`."""

@@ -1,0 +1,199 @@
+"""Dual memory: a short-term table of values that stages its best rows to a long-term one.
+
+The paper's Algorithms 1 and 2, and the reading rule between them.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from dmil.compilation import kernel
+from dmil.memory.rows import ABSENT
+from dmil.memory.tables import (
+    BestTable,
+    IntArray,
+    Scratch,
+    ValueTable,
+    best_tried,
+    clear_values,
+    look_up,
+    look_up_or_append,
+    write,
+)
+from dmil.symmetry import Classes
+
+
+class DualMemory(NamedTuple):
+    """Short-term and long-term memory of all owners, and the rules between them.
+
+    Attributes
+    ----------
+    short: ValueTable
+        Short-term memory; at most ``short_capacity`` rows per owner.
+    long: BestTable
+        Long-term memory.
+    short_capacity: int
+        m_s: the short-term memory stages when it holds this many rows.
+    staged_ratio: float
+        κ: the part of the rows that is staged.
+    significance: float
+        One Q is significantly better than another if it exceeds it by this part of its magnitude.
+    stage_by_visits: bool
+        Stage the rows most often written (the text) instead of those with the highest Q (the
+        algorithm).
+    stage_period: int
+        T_stage: stage after this many writes instead of when full; 0 for the rule "when full".
+    """
+
+    short: ValueTable
+    long: BestTable
+    short_capacity: int
+    staged_ratio: float
+    significance: float
+    stage_by_visits: bool
+    stage_period: int
+
+
+@kernel
+def significantly_better(value: float, than: float, significance: float) -> bool:
+    """Tell whether a Q is significantly better: q > old + significance·|old| (specification, §6)."""
+    return value > than + significance * abs(than)
+
+
+@kernel
+def remember(
+    memory: DualMemory,
+    classes: Classes,
+    owner: int,
+    shape: int,
+    key: IntArray,
+    action: int,
+    value: float,
+    scratch: Scratch,
+) -> None:
+    """Insert into short-term memory; stage if it is full (Algorithm 1).
+
+    With a stage period the memory stages when the writes since the last staging reach it. The
+    counts of visits add up to just those writes, because staging empties the memory.
+    """
+    write(memory.short, classes, owner, shape, key, action, value, scratch)
+    size = memory.short.rows.size[owner]
+    due = size >= memory.short_capacity
+    if memory.stage_period > 0:
+        due = due or memory.short.visits[owner, :size].sum() >= memory.stage_period
+    if due:
+        stage(memory, classes, owner, shape, scratch)
+
+
+@kernel
+def stage(
+    memory: DualMemory, classes: Classes, owner: int, shape: int, scratch: Scratch
+) -> None:
+    """Move the best part of short-term memory to long-term memory and empty it (Algorithm 1)."""
+    short = memory.short
+    size = short.rows.size[owner]
+    # 1e-9: κ·m_s in floats may exceed a whole number by a rounding error.
+    wanted = int(-((-memory.staged_ratio * size + 1e-9) // 1))
+    for _ in range(wanted):
+        chosen, chosen_action, chosen_merit = ABSENT, ABSENT, 0.0
+        for row in range(size):
+            action = best_tried(short, owner, row, classes.phase_count[shape])
+            if action == ABSENT:
+                continue
+            merit = short.value[owner, row, action]
+            if memory.stage_by_visits:
+                merit = float(short.visits[owner, row])
+            if chosen == ABSENT or merit > chosen_merit:
+                chosen, chosen_action, chosen_merit = row, action, merit
+        if chosen == ABSENT:
+            break
+        consolidate(
+            memory.long,
+            classes,
+            owner,
+            shape,
+            short.rows.keys[owner, chosen],
+            chosen_action,
+            short.value[owner, chosen, chosen_action],
+            memory.significance,
+            scratch,
+        )
+        # A row without tried actions is not chosen again.
+        short.tried[owner, chosen] = False
+    clear_values(short, owner)
+
+
+@kernel
+def consolidate(
+    long: BestTable,
+    classes: Classes,
+    owner: int,
+    shape: int,
+    key: IntArray,
+    action: int,
+    value: float,
+    significance: float,
+    scratch: Scratch,
+) -> None:
+    """Insert one staged row into long-term memory (Algorithm 2).
+
+    A new class is stored; a known one is replaced only by a significantly better Q.
+    """
+    before = long.rows.size[owner]
+    row, variant = look_up_or_append(long.rows, classes, owner, shape, key, scratch)
+    if row == before or significantly_better(value, long.value[owner, row], significance):
+        long.action[owner, row] = classes.phase_image[shape, variant, action]
+        long.value[owner, row] = value
+
+
+@kernel
+def recall(
+    memory: DualMemory,
+    classes: Classes,
+    owner: int,
+    shape: int,
+    key: IntArray,
+    scratch: Scratch,
+) -> int:
+    """Return the best action known for a key, −1 if its class is in neither memory.
+
+    Long-term memory is read first; short-term memory wins if its Q is significantly better (paper,
+    "Reading Dual-Memory"). The action is given back in the orientation of the key.
+    """
+    row, variant = look_up(memory.long.rows, classes, owner, shape, key, scratch)
+    best, best_value = ABSENT, 0.0
+    if row != ABSENT:
+        best = classes.phase_preimage[shape, variant, memory.long.action[owner, row]]
+        best_value = memory.long.value[owner, row]
+    row, variant = look_up(memory.short.rows, classes, owner, shape, key, scratch)
+    if row != ABSENT:
+        action = best_tried(memory.short, owner, row, classes.phase_count[shape])
+        if action != ABSENT:
+            value = memory.short.value[owner, row, action]
+            if best == ABSENT or significantly_better(value, best_value, memory.significance):
+                best = classes.phase_preimage[shape, variant, action]
+    return best
+
+
+@kernel
+def recalled_value(
+    memory: DualMemory,
+    classes: Classes,
+    owner: int,
+    shape: int,
+    key: IntArray,
+    action: int,
+    scratch: Scratch,
+) -> float:
+    """Return Q of a key and an action: the short-term one if tried there, else the long-term one
+    if it is of that action, else 0 (specification, §6).
+    """
+    row, variant = look_up(memory.short.rows, classes, owner, shape, key, scratch)
+    if row != ABSENT:
+        equivalent = classes.phase_image[shape, variant, action]
+        if memory.short.tried[owner, row, equivalent]:
+            return memory.short.value[owner, row, equivalent]
+    row, variant = look_up(memory.long.rows, classes, owner, shape, key, scratch)
+    if row != ABSENT and memory.long.action[owner, row] == classes.phase_image[shape, variant, action]:
+        return memory.long.value[owner, row]
+    return 0.0

@@ -1,0 +1,219 @@
+"""Whether a network is consistent: one clear error for the first thing that is not."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable
+
+from dmil.errors import NetworkError
+from dmil.network.model import TURNS, Intersection, Link, Movement, RoadNetwork
+
+
+def check_network(network: RoadNetwork, *, where: str | None = None) -> None:
+    """Check that links, movements and phases fit together (ours).
+
+    Parameters
+    ----------
+    network
+        The network; nothing about it is assumed.
+    where
+        File that it comes from; the network's name if not given.
+
+    Raises
+    ------
+    NetworkError
+        Naming the first link, movement or phase that is wrong, and how to mend it.
+    """
+    where = where or network.name
+    if not network.intersections:
+        raise NetworkError("there is no intersection", where=where, expected="at least one")
+    _unique((link.id for link in network.links), "link", where)
+    nodes = [node.id for node in network.intersections] + list(network.fringe)
+    _unique(nodes, "node", where)
+    known = set(nodes)
+    for link in network.links:
+        _check_link(link, known, f"{where}: link {link.id}")
+    for node in nodes:
+        if not all(map(math.isfinite, network.position_m.get(node, (math.nan,)))):
+            raise NetworkError(
+                "its position is missing or not finite",
+                where=f"{where}: node {node}",
+                expected="x and y in metres for every node",
+            )
+    links = {link.id: link for link in network.links}
+    for node_ in network.intersections:
+        _check_intersection(node_, links, f"{where}: intersection {node_.id}")
+
+
+def _unique(names: Iterable[str], kind: str, where: str) -> None:
+    for name, count in Counter(names).items():
+        if count > 1:
+            raise NetworkError(
+                f"{count} {kind}s are named '{name}'",
+                where=where,
+                expected=f"a name of its own for every {kind}",
+                mend=f"rename all but one {kind}",
+            )
+
+
+def _check_link(link: Link, known: set[str], where: str) -> None:
+    for end, node in (("starts", link.start), ("ends", link.end)):
+        if node not in known:
+            raise NetworkError(
+                f"it {end} at '{node}', which is neither an intersection nor a fringe node",
+                where=where,
+                mend="add that node, or correct the link",
+            )
+    if not (math.isfinite(link.length_m) and link.length_m >= 0):
+        raise NetworkError(
+            f"its length is {link.length_m} m", where=where, expected="a number of 0 m or more"
+        )
+    if not (math.isfinite(link.speed_m_per_s) and link.speed_m_per_s > 0):
+        raise NetworkError(
+            f"its speed is {link.speed_m_per_s} m/s", where=where, expected="a number above 0 m/s"
+        )
+    if not (isinstance(link.lanes, int) and link.lanes >= 1):
+        raise NetworkError(
+            f"it has {link.lanes} lanes", where=where, expected="a whole number, at least 1"
+        )
+
+
+def _check_intersection(node: Intersection, links: dict[str, Link], where: str) -> None:
+    if not node.movements:
+        raise NetworkError(
+            "it has no movements",
+            where=where,
+            expected="at least one way from a link to a link",
+            mend="make it a fringe node if vehicles only begin or end there",
+        )
+    for index, movement in enumerate(node.movements):
+        _check_movement(movement, node.id, links, f"{where}, movement {index}")
+    _unique(
+        (f"{movement.from_link} to {movement.to_link}" for movement in node.movements),
+        "movement",
+        where,
+    )
+    approach: dict[str, int] = {}
+    for movement in node.movements:
+        if approach.setdefault(movement.from_link, movement.approach) != movement.approach:
+            raise NetworkError(
+                f"movements from link {movement.from_link} name the approaches "
+                f"{approach[movement.from_link]} and {movement.approach}",
+                where=where,
+                expected="one approach for every link",
+            )
+    _check_phases(node, where)
+    _check_plan(node, where)
+
+
+def _check_movement(movement: Movement, node: str, links: dict[str, Link], where: str) -> None:
+    for name in (movement.from_link, movement.to_link):
+        if name not in links:
+            raise NetworkError(
+                f"there is no link '{name}'", where=where, mend="add the link, or correct the name"
+            )
+    if links[movement.from_link].end != node:
+        raise NetworkError(
+            f"it comes from link {movement.from_link}, which ends at "
+            f"'{links[movement.from_link].end}'",
+            where=where,
+            expected="a link that ends at this intersection",
+        )
+    if links[movement.to_link].start != node:
+        raise NetworkError(
+            f"it goes to link {movement.to_link}, which starts at "
+            f"'{links[movement.to_link].start}'",
+            where=where,
+            expected="a link that starts at this intersection",
+        )
+    if movement.turn not in TURNS:
+        raise NetworkError(
+            f"its turn is {movement.turn!r}", where=where, expected=f"one of {', '.join(TURNS)}"
+        )
+    if movement.approach < 0:
+        raise NetworkError(
+            f"its approach is {movement.approach}", where=where, expected="0 or more"
+        )
+    if not (math.isfinite(movement.lanes) and movement.lanes > 0):
+        raise NetworkError(
+            f"it has {movement.lanes} lanes",
+            where=where,
+            expected="a number above 0",
+            mend="give it at least a share of a lane, or remove it",
+        )
+
+
+def _check_phases(node: Intersection, where: str) -> None:
+    if not node.phases:
+        raise NetworkError(
+            "it has no phases",
+            where=where,
+            mend="add one; a junction without signals has a single phase of all its movements",
+        )
+    movements = frozenset(range(len(node.movements)))
+    if node.unsignalled - movements:
+        raise NetworkError(
+            f"movement {min(node.unsignalled - movements)} is unsignalled but does not exist",
+            where=where,
+            expected=f"0 to {len(movements) - 1}",
+        )
+    for index, phase in enumerate(node.phases):
+        place = f"{where}, phase {index}"
+        if not phase:
+            raise NetworkError(
+                "it serves no movement",
+                where=place,
+                mend="remove it; clearance between phases is a scenario's timing",
+            )
+        if phase - movements:
+            raise NetworkError(
+                f"it serves movement {min(phase - movements)}, which does not exist",
+                where=place,
+                expected=f"0 to {len(movements) - 1}",
+            )
+        if phase & node.unsignalled:
+            raise NetworkError(
+                f"it serves movement {min(phase & node.unsignalled)}, which is unsignalled",
+                where=place,
+                mend="unsignalled movements always may go: name them in no phase",
+            )
+        if phase in node.phases[:index]:
+            raise NetworkError(
+                f"it serves the same movements as phase {node.phases.index(phase)}",
+                where=place,
+                mend="remove one of them",
+            )
+    never = movements - node.unsignalled - frozenset().union(*node.phases)
+    if never:
+        movement = node.movements[min(never)]
+        raise NetworkError(
+            f"movement {min(never)} ({movement.from_link} to {movement.to_link}) is served by no "
+            "phase, its vehicles would wait for ever",
+            where=where,
+            mend="add it to a phase, make it unsignalled, or remove it",
+        )
+
+
+def _check_plan(node: Intersection, where: str) -> None:
+    for phase, green_s in node.program:
+        if not 0 <= phase < len(node.phases):
+            raise NetworkError(
+                f"its plan shows phase {phase}",
+                where=where,
+                expected=f"0 to {len(node.phases) - 1}",
+            )
+        if not (math.isfinite(green_s) and green_s > 0):
+            raise NetworkError(
+                f"its plan shows phase {phase} for {green_s} s",
+                where=where,
+                expected="a number above 0 s",
+            )
+    if len(node.phase_names) not in (0, len(node.phases)):
+        raise NetworkError(
+            f"it has {len(node.phase_names)} names for {len(node.phases)} phases", where=where
+        )
+    if not (math.isfinite(node.clearance_s) and node.clearance_s >= 0):
+        raise NetworkError(
+            f"its clearance is {node.clearance_s} s", where=where, expected="0 s or more"
+        )

@@ -1,0 +1,185 @@
+"""Reader of CityFlow's road network files."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from pathlib import Path
+
+from pydantic import TypeAdapter
+
+from dmil.errors import NetworkError
+from dmil.network.checks import check_network
+from dmil.network.cityflow_shape import Junction, Road, RoadLink, RoadnetFile
+from dmil.network.json_file import read_json
+from dmil.network.model import TURNS, Intersection, Link, Movement, RoadNetwork, Turn
+from dmil.network.naming import approach_names, order_counter_clockwise, phase_name
+
+_FILE = TypeAdapter(RoadnetFile)
+_TURN: dict[str, Turn] = {
+    "turn_right": "right",
+    "go_straight": "straight",
+    "turn_left": "left",
+    "turn_u": "uturn",
+}
+
+
+def read_cityflow_roadnet(path: str | Path) -> RoadNetwork:
+    """Read a road network in CityFlow's format (ours).
+
+    Virtual intersections, and those without road links, become fringe nodes. Road links that are
+    in every phase of a light become unsignalled movements. Phases in which nothing else may go are
+    the clearance phase: no action, but their time is kept as the intersection's ``clearance_s``.
+    The other phases are the actions, in the file's order, and their times the fixed-time plan. An
+    intersection without light, or with a light of a single phase, has one phase.
+
+    Parameters
+    ----------
+    path
+        The file, usually named ``roadnet*.json``.
+
+    Raises
+    ------
+    NetworkError
+        If the file is missing, cut off, not JSON, of another shape or inconsistent.
+
+    Notes
+    -----
+    A link is as long as the line through its road's points; a lane shared by k road links counts
+    1/k to each; a road's speed is the highest of its lanes.
+    """
+    file = read_json(path, _FILE, content="a CityFlow road network", error=NetworkError)
+    roads = {road.id: road for road in file.roads}
+    intersections = tuple(
+        _intersection(junction, roads, f"{path}: intersections[{index}]")
+        for index, junction in enumerate(file.intersections)
+        if not junction.is_fringe
+    )
+    network = RoadNetwork(
+        name=Path(path).stem,
+        links=tuple(
+            Link(
+                road.id,
+                road.start,
+                road.end,
+                sum(
+                    math.dist((here.x, here.y), (there.x, there.y))
+                    for here, there in zip(road.points, road.points[1:], strict=False)
+                ),
+                max(lane.max_speed for lane in road.lanes),
+                len(road.lanes),
+            )
+            for road in file.roads
+        ),
+        intersections=intersections,
+        fringe=tuple(node.id for node in file.intersections if node.is_fringe),
+        position_m={node.id: (node.point.x, node.point.y) for node in file.intersections},
+    )
+    check_network(network, where=str(path))
+    return network
+
+
+def _intersection(junction: Junction, roads: dict[str, Road], where: str) -> Intersection:
+    lanes = _lanes(junction, roads, where)
+    angles = {
+        link.start_road: _angle_of_origin(roads[link.start_road]) for link in junction.road_links
+    }
+    approaches = order_counter_clockwise(angles)
+
+    def place(index: int) -> tuple[int, int, float]:
+        link = junction.road_links[index]
+        approach = approaches.index(link.start_road)
+        # Of several exits of one turn, the one furthest to the right comes first.
+        towards = _angle_of_destination(roads[link.end_road]) - angles[link.start_road]
+        return approach, TURNS.index(_TURN[link.type]), round(towards % (2 * math.pi), 9)
+
+    order = sorted(range(len(junction.road_links)), key=place)
+    movements = tuple(
+        _movement(junction.road_links[index], approaches, lanes[index]) for index in order
+    )
+    rank = {index: position for position, index in enumerate(order)}
+    sides = approach_names([angles[link] for link in approaches])
+    return _with_phases(junction, movements, rank, sides, where)
+
+
+def _movement(link: RoadLink, approaches: list[str], lanes: float) -> Movement:
+    approach = approaches.index(link.start_road)
+    return Movement(link.start_road, link.end_road, _TURN[link.type], approach, lanes)
+
+
+def _lanes(junction: Junction, roads: dict[str, Road], where: str) -> list[float]:
+    """Return the lanes of every road link, shared ones in parts."""
+    used: list[set[tuple[str, int]]] = []
+    for index, link in enumerate(junction.road_links):
+        place = f"{where}.roadLinks[{index}]"
+        for field, name in (("startRoad", link.start_road), ("endRoad", link.end_road)):
+            if name not in roads:
+                raise NetworkError(
+                    f"there is no road '{name}'",
+                    where=f"{place}.{field}",
+                    mend="add the road, or correct its name",
+                )
+        count = len(roads[link.start_road].lanes)
+        for lane_link in link.lane_links:
+            if lane_link.start_lane >= count:
+                raise NetworkError(
+                    f"it starts on lane {lane_link.start_lane} of road {link.start_road}",
+                    where=f"{place}.laneLinks",
+                    expected=f"a lane from 0 to {count - 1}",
+                )
+        used.append({(link.start_road, lane.start_lane) for lane in link.lane_links})
+    sharing = Counter(lane for lanes in used for lane in lanes)
+    return [sum(1 / sharing[lane] for lane in lanes) for lanes in used]
+
+
+def _with_phases(
+    junction: Junction,
+    movements: tuple[Movement, ...],
+    rank: dict[int, int],
+    sides: tuple[str, ...],
+    where: str,
+) -> Intersection:
+    """Split the file's phases into actions and clearance, and add them to the movements."""
+    served: list[tuple[frozenset[int], float]] = []
+    for index, phase in enumerate(junction.light.phases if junction.light else ()):
+        missing = [link for link in phase.available if link not in rank]
+        if missing:
+            raise NetworkError(
+                f"there is no road link {missing[0]}",
+                where=f"{where}.trafficLight.lightphases[{index}].availableRoadLinks",
+                expected=f"0 to {len(rank) - 1}",
+            )
+        served.append((frozenset(rank[link] for link in phase.available), phase.time))
+    shown = {phase for phase, _ in served if phase}
+    if not shown:
+        shown = {frozenset(rank.values())}
+        served = []
+    # With a single phase "in every phase" says nothing: it is an action, not a right of way.
+    always = frozenset.intersection(*(phase for phase, _ in served)) if len(shown) > 1 else set()
+    unsignalled = frozenset(always)
+    greens = [(phase - unsignalled, time_s) for phase, time_s in served if phase - unsignalled]
+    phases = tuple(dict.fromkeys(phase for phase, _ in greens)) or tuple(shown)
+    clearance = [time_s for phase, time_s in served if not phase - unsignalled]
+    return Intersection(
+        id=junction.id,
+        movements=movements,
+        phases=phases,
+        unsignalled=unsignalled,
+        program=tuple((phases.index(phase), time_s) for phase, time_s in greens if time_s > 0),
+        phase_names=tuple(phase_name(phase, movements, sides) for phase in phases),
+        clearance_s=max(clearance, default=0.0) if len(phases) > 1 else 0.0,
+    )
+
+
+def _angle_of_origin(road: Road) -> float:
+    """Return the angle, counter-clockwise from East, of the side that a road's traffic is from."""
+    return _angle_of_destination(road.model_copy(update={"points": road.points[::-1]}))
+
+
+def _angle_of_destination(road: Road) -> float:
+    """Return the angle, counter-clockwise from East, of the side that a road leads to."""
+    start = road.points[0]
+    for point in road.points[1:]:
+        if (point.x, point.y) != (start.x, start.y):
+            return math.atan2(point.y - start.y, point.x - start.x)
+    return 0.0

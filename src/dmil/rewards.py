@@ -1,0 +1,126 @@
+"""Rewards: what an agent gets for one decision interval, from what was seen before and after.
+
+A reward is a function of two observations and the network that returns one number per intersection;
+write another one and name it ``package.module:function`` wherever a reward is asked for.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from dmil.compilation import kernel
+from dmil.network import RoadNetwork
+from dmil.simulation import Observation
+from dmil.simulation.pressure import movement_pressure
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+
+RELAXATION_VEH = 1.1
+"""α of the paper's default reward: growth of a queue that is still rewarded (paper, §VI)."""
+TOLERATED_VEH = 10.0
+"""θ of the paper's default reward: growth beyond α that is not yet punished (paper, §VI)."""
+
+
+class Reward(Protocol):
+    """One number per intersection for what happened between two decisions."""
+
+    def __call__(
+        self, before: Observation, after: Observation, network: RoadNetwork
+    ) -> FloatArray:
+        """Return the rewards.
+
+        Parameters
+        ----------
+        before, after
+            Observations at consecutive decisions.
+        network
+            The roads.
+
+        Returns
+        -------
+        reward: (intersections,) float64
+        """
+
+
+def default(before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
+    """Sum over the orientations of 1 if its growth is at most α, −1 if at least α+θ (paper, Eq. 1)."""
+    return _default(before.queue_veh, after.queue_veh, _orientations(network))
+
+
+def diffusion(before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
+    """Return −mean(sign(d)·d²) of the growths d over all orientations (paper, §VI-A)."""
+    return _diffusion(before.queue_veh, after.queue_veh, _orientations(network))
+
+
+def entropy(before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
+    """Return w(after) − w(before) with w(s) = −Σ s·ln s, 0·ln 0 = 0 (paper, §VI-A).
+
+    The counts are not normalised to a distribution, as printed: normalising them breaks it.
+    """
+    return _entropy(before.queue_veh, after.queue_veh)
+
+
+def queue(before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
+    """Return minus the vehicles queued (ours)."""
+    return -after.queue_veh.sum(axis=1, dtype=np.float64)
+
+
+def pressure(before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
+    """Return minus the absolute pressure of the intersection (PressLight, Wei et al. 2019)."""
+    return -np.abs(movement_pressure(after.queue_veh, network).sum(axis=1))
+
+
+REWARDS: dict[str, Reward] = {
+    "default": default,
+    "diffusion": diffusion,
+    "entropy": entropy,
+    "queue": queue,
+    "pressure": pressure,
+}
+"""The named rewards."""
+
+
+@lru_cache(maxsize=64)
+def _orientations(network: RoadNetwork) -> IntArray:
+    return np.array([len(item.movements) for item in network.intersections], np.int32)
+
+
+@kernel
+def _default(before: IntArray, after: IntArray, orientations: IntArray) -> FloatArray:
+    reward = np.zeros(before.shape[0])
+    for i in range(before.shape[0]):
+        for j in range(orientations[i]):
+            growth = after[i, j] - before[i, j]
+            if growth <= RELAXATION_VEH:
+                reward[i] += 1.0
+            elif growth >= RELAXATION_VEH + TOLERATED_VEH:
+                reward[i] -= 1.0
+    return reward
+
+
+@kernel
+def _diffusion(before: IntArray, after: IntArray, orientations: IntArray) -> FloatArray:
+    reward = np.zeros(before.shape[0])
+    for i in range(before.shape[0]):
+        for j in range(orientations[i]):
+            growth = float(after[i, j] - before[i, j])
+            reward[i] -= growth * abs(growth)
+        reward[i] /= orientations[i]
+    return reward
+
+
+@kernel
+def _entropy(before: IntArray, after: IntArray) -> FloatArray:
+    reward = np.zeros(before.shape[0])
+    for i in range(before.shape[0]):
+        for j in range(before.shape[1]):
+            if after[i, j] > 1:
+                reward[i] -= after[i, j] * np.log(after[i, j])
+            if before[i, j] > 1:
+                reward[i] += before[i, j] * np.log(before[i, j])
+    return reward

@@ -1,0 +1,70 @@
+"""What a simulator offers and what a controller may see."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from dmil.demand import Vehicles
+from dmil.network import RoadNetwork
+from dmil.simulation.measures import Measures
+
+IntArray = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """All intersections as a controller may see them at one decision (specification, §2).
+
+    Attributes
+    ----------
+    queue_veh: (intersections, orientations) int32
+        Vehicles queued; entries past an intersection's own orientations are 0.
+    approaching_veh: (intersections, orientations) int32
+        Vehicles on the link that reach its end within one decision interval.
+    phase: (intersections,) int32
+        Phase shown; −1 before the first decision.
+    phase_elapsed_s: (intersections,) int32
+        Time since that phase turned green.
+    time_s: int
+        Time since the run began.
+    """
+
+    queue_veh: IntArray
+    approaching_veh: IntArray
+    phase: IntArray
+    phase_elapsed_s: IntArray
+    time_s: int
+
+
+class Simulator(Protocol):
+    """Moves a scenario on, one decision interval at a time."""
+
+    @property
+    def network(self) -> RoadNetwork:
+        """The road network that is simulated."""
+
+    @property
+    def decision_interval_s(self) -> int:
+        """Time between two decisions."""
+
+    @property
+    def horizon_s(self) -> int:
+        """Time at which a run ends."""
+
+    def reset(self, vehicles: Vehicles) -> Observation:
+        """Start a run with an empty network and the given journeys; return what is seen at 0 s."""
+
+    def advance(self, phases: npt.NDArray[np.integer]) -> Observation:
+        """Show the given phases for one decision interval; return what is seen after it.
+
+        Parameters
+        ----------
+        phases: (intersections,) int
+        """
+
+    def measures(self) -> Measures:
+        """Return what has been measured since the last reset."""

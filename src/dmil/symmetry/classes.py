@@ -1,0 +1,131 @@
+"""Equivalence classes as flat arrays: state → key → symmetric variants of the key, compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from dmil.compilation import kernel
+from dmil.symmetry.embedding import Embedding
+from dmil.symmetry.group import SymmetryGroup
+
+IntArray = npt.NDArray[np.int32]
+
+
+class Classes(NamedTuple):
+    """An embedding made concrete for the agents of a network.
+
+    Attributes
+    ----------
+    shape: (agents,) int32
+        Which shape of intersection an agent controls.
+    orientation_count, phase_count, variant_count: (shapes,) int32
+        Orientations, phases and symmetries of a shape.
+    orientation_image: (shapes, variants, orientations) int32
+    phase_image, phase_preimage: (shapes, variants, phases) int32
+        The image of a phase under a symmetry, and the phase with that image.
+    scale_levels, cell_width, cell_offset, tolerance: int
+        See `Embedding`.
+    """
+
+    shape: IntArray
+    orientation_count: IntArray
+    phase_count: IntArray
+    variant_count: IntArray
+    orientation_image: IntArray
+    phase_image: IntArray
+    phase_preimage: IntArray
+    scale_levels: int
+    cell_width: int
+    cell_offset: int
+    tolerance: int
+
+
+def build_classes(
+    embedding: Embedding, groups: Sequence[SymmetryGroup], shape: npt.ArrayLike
+) -> Classes:
+    """Flatten an embedding and the symmetry group of each shape (ours).
+
+    Parameters
+    ----------
+    embedding
+        How states are grouped.
+    groups
+        Symmetries of each shape of intersection.
+    shape: (agents,) int
+        Index into ``groups`` for each agent.
+    """
+    used = [group.size if embedding.rotations else 1 for group in groups]
+    orientations = [group.orientation_image.shape[1] for group in groups]
+    phases = [group.phase_image.shape[1] for group in groups]
+    variants = max(used)
+    orientation_image = np.zeros((len(groups), variants, max(orientations)), np.int32)
+    phase_image = np.zeros((len(groups), variants, max(phases)), np.int32)
+    phase_preimage = np.zeros_like(phase_image)
+    orientation_image[:] = np.arange(max(orientations))
+    for s, group in enumerate(groups):
+        for g in range(used[s]):
+            orientation_image[s, g, : orientations[s]] = group.orientation_image[g]
+            phase_image[s, g, : phases[s]] = group.phase_image[g]
+            phase_preimage[s, g, group.phase_image[g]] = np.arange(phases[s])
+    return Classes(
+        shape=np.asarray(shape, np.int32),
+        orientation_count=np.array(orientations, np.int32),
+        phase_count=np.array(phases, np.int32),
+        variant_count=np.array(used, np.int32),
+        orientation_image=orientation_image,
+        phase_image=phase_image,
+        phase_preimage=phase_preimage,
+        scale_levels=embedding.scale_levels,
+        cell_width=embedding.cell_width,
+        cell_offset=embedding.cell_offset,
+        tolerance=embedding.tolerance,
+    )
+
+
+@kernel
+def embed(classes: Classes, state: IntArray, key: IntArray) -> None:
+    """Turn a state into its key: scale, then cells (specification, §5).
+
+    Parameters
+    ----------
+    classes
+        The embedding.
+    state: (orientations,) int32
+    key: (orientations,) int32
+        Filled in place.
+    """
+    levels, width, offset = classes.scale_levels, classes.cell_width, classes.cell_offset
+    largest = 0
+    for j in range(state.shape[0]):
+        largest = max(largest, state[j])
+    for j in range(state.shape[0]):
+        value = state[j]
+        if levels > 0 and largest > 0:
+            # ⌊B·x/max + ½⌋ in whole numbers, so that no rounding of floats can split a class.
+            value = (2 * levels * value + largest) // (2 * largest)
+        key[j] = (value + offset) // width
+
+
+@kernel
+def vary(classes: Classes, shape: int, key: IntArray, variants: IntArray) -> int:
+    """Write the images of a key under every symmetry of its shape; return how many there are.
+
+    Parameters
+    ----------
+    classes
+        The embedding.
+    shape: int
+    key: (orientations,) int32
+    variants: (at least the number of symmetries, orientations) int32
+        Filled in place; the first is the key itself.
+    """
+    count = classes.variant_count[shape]
+    for g in range(count):
+        image = classes.orientation_image[shape, g]
+        for j in range(key.shape[0]):
+            variants[g, image[j]] = key[j]
+    return count

@@ -1,0 +1,79 @@
+"""Embeddings: which states share one memory entry.
+
+An embedding is data. A state becomes a key in two steps, scale and cells, each of which may be off;
+two keys then belong to one class if a symmetry of the intersection carries one to within a tolerance
+of the other. The paper's classes and ours are values of these fields, and so is one of your own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from dmil.errors import InputError, unknown_name
+
+
+@dataclass(frozen=True, slots=True)
+class Embedding:
+    """How states are grouped into equivalence classes (paper, §IV-A; specification, §5).
+
+    Parameters
+    ----------
+    name
+        What results call it.
+    scale_levels
+        B in y = ⌊B·x/max(x) + ½⌋ (scale invariance); 0 leaves the counts as they are.
+    cell_width, cell_offset
+        y = ⌊(x + offset) / width⌋; width 1 and offset 0 leave the counts as they are.
+    rotations
+        Whether states that a symmetry of the intersection carries into each other share an entry.
+    tolerance
+        Largest difference in any orientation (L∞) between a state's key and the key it belongs to.
+        With a tolerance above 0 the relation is not transitive: the first key wins, so classes
+        depend on the order of arrival.
+    """
+
+    name: str
+    scale_levels: int = 0
+    cell_width: int = 1
+    cell_offset: int = 0
+    rotations: bool = False
+    tolerance: int = 0
+
+    def __post_init__(self) -> None:
+        for field, least in (
+            ("scale_levels", 0),
+            ("cell_width", 1),
+            ("cell_offset", 0),
+            ("tolerance", 0),
+        ):
+            if getattr(self, field) < least:
+                raise InputError(
+                    f"{field} is {getattr(self, field)}",
+                    where=f"embedding '{self.name}'",
+                    expected=f"a whole number of at least {least}",
+                )
+
+
+EMBEDDINGS = {
+    embedding.name: embedding
+    for embedding in (
+        Embedding("exact"),
+        Embedding("simple", tolerance=1),
+        Embedding("complex", scale_levels=5, rotations=True, tolerance=1),
+        Embedding("cells", cell_width=3, cell_offset=1),
+    )
+}
+"""The named embeddings: exact and cells are ours, simple and complex the paper's."""
+
+
+def embedding(name: str) -> Embedding:
+    """Return a named embedding.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is none of that name.
+    """
+    if name not in EMBEDDINGS:
+        raise unknown_name("embedding", name, EMBEDDINGS)
+    return EMBEDDINGS[name]
