@@ -188,9 +188,9 @@ def size_bounds(
 
     Notes
     -----
-    The unique trajectory attains the worst case of rule "period". Without imported rows every
-    point of every curve is attained by some trajectory, but not all by the same one. Bounds on the sizes do not
-    bound their ratio: a trajectory between these curves may have ζ < 1, which is where the
+    The unique trajectory attains the worst case of rule "period". The tests find every point of
+    every short curve attained, by different trajectories. Bounds on the sizes do not bound their
+    ratio: a trajectory between these curves may have ζ < 1, which is where the
     paper's Lemma 3 goes wrong.
     """
     actions, staged_ratio, stage_period = hyperparameters(actions, staged_ratio, stage_period)
