@@ -1,6 +1,25 @@
 """Demand: arrival processes, routes and trips of files as arrays of vehicles."""
 
-from dmil.demand.poisson import PAPER_RATE_VEH_PER_MIN, PoissonDemand
-from dmil.demand.vehicles import Demand, Vehicles
+from dmil.demand.arrivals import (
+    ArrivalProcess,
+    CompoundPoissonDemand,
+    PoissonDemand,
+    ProfileDemand,
+)
+from dmil.demand.cityflow import read_cityflow_flow
+from dmil.demand.rates import PAPER_RATE_VEH_PER_MIN
+from dmil.demand.recorded import FileDemand
+from dmil.demand.vehicles import Demand, ScalableDemand, Vehicles
 
-__all__ = ["PAPER_RATE_VEH_PER_MIN", "Demand", "PoissonDemand", "Vehicles"]
+__all__ = [
+    "PAPER_RATE_VEH_PER_MIN",
+    "ArrivalProcess",
+    "CompoundPoissonDemand",
+    "Demand",
+    "FileDemand",
+    "PoissonDemand",
+    "ProfileDemand",
+    "ScalableDemand",
+    "Vehicles",
+    "read_cityflow_flow",
+]

@@ -7,17 +7,20 @@ coin, drawn in advance, decides.
 from __future__ import annotations
 
 import heapq
+from collections import deque
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
 import numpy as np
-import numpy.typing as npt
 
-from dmil.demand.vehicles import Int32Array, Vehicles
-from dmil.network.model import RoadNetwork
+from dmil.demand.vehicles import FloatArray, IntArray, LongArray, Vehicles, gather
+from dmil.network import RoadNetwork
 
 MOST_ALTERNATIVES = 64
 """Ties beyond this many routes per pair are cut: the first continuation is taken."""
+
+Way = tuple[tuple[int, ...], float]
+"""Link indices in order, and the probability that a vehicle takes them."""
 
 _UNREACHABLE = -1
 
@@ -49,13 +52,11 @@ class Router:
                 self._predecessors[successor].append(link)
         self._remaining: dict[tuple[int, ...], list[int]] = {}
 
-    def between_nodes(self, origin: str, destination: str) -> list[tuple[tuple[int, ...], float]]:
+    def between_nodes(self, origin: str, destination: str) -> list[Way]:
         """Return the shortest routes between two fringe nodes as (link indices, probability)."""
         return self.between_links(self._entries[origin], self._exits[destination])
 
-    def between_links(
-        self, starts: list[int], ends: list[int]
-    ) -> list[tuple[tuple[int, ...], float]]:
+    def between_links(self, starts: list[int], ends: list[int]) -> list[Way]:
         """Return the shortest routes from any start link to any end link, both included.
 
         Returns
@@ -69,10 +70,10 @@ class Router:
             return []
         best = min(remaining[link] for link in reachable)
         first = [link for link in reachable if remaining[link] == best]
-        open_routes = [((link,), 1.0 / len(first)) for link in first]
-        finished: list[tuple[tuple[int, ...], float]] = []
+        open_routes: deque[Way] = deque(((link,), 1.0 / len(first)) for link in first)
+        finished: list[Way] = []
         while open_routes:
-            route, probability = open_routes.pop(0)
+            route, probability = open_routes.popleft()
             here = route[-1]
             if remaining[here] == self._cost[here]:
                 finished.append((route, probability))
@@ -126,35 +127,10 @@ class RouteTable:
         Alternative a's route is ``links[link_offset[a]:link_offset[a + 1]]``.
     """
 
-    pair_offset: npt.NDArray[np.int64]
-    threshold: npt.NDArray[np.float64]
-    link_offset: npt.NDArray[np.int64]
-    links: Int32Array
-
-    def vehicles(
-        self,
-        depart_s: npt.NDArray[np.int64],
-        pair: npt.NDArray[np.int64],
-        coin: npt.NDArray[np.float64],
-    ) -> Vehicles:
-        """Give every vehicle the route of its origin-destination pair and its coin.
-
-        Parameters
-        ----------
-        depart_s
-            (vehicles,) non-decreasing.
-        pair
-            (vehicles,) pair numbers.
-        coin
-            (vehicles,) uniform in [0, 1).
-        """
-        chosen = np.searchsorted(self.threshold, pair + coin, side="right")
-        start = self.link_offset[chosen]
-        length = self.link_offset[chosen + 1] - start
-        offset = np.zeros(len(pair) + 1, dtype=np.int64)
-        np.cumsum(length, out=offset[1:])
-        place = np.arange(offset[-1]) + np.repeat(start - offset[:-1], length)
-        return Vehicles(depart_s.astype(np.int32), offset.astype(np.int32), self.links[place])
+    pair_offset: LongArray
+    threshold: FloatArray
+    link_offset: LongArray
+    links: IntArray
 
 
 _ROUTERS: WeakKeyDictionary[RoadNetwork, Router] = WeakKeyDictionary()
@@ -173,6 +149,32 @@ def route_table(network: RoadNetwork) -> RouteTable:
     if network not in _TABLES:
         _TABLES[network] = _build_table(network)
     return _TABLES[network]
+
+
+def draw_destinations(
+    network: RoadNetwork, second: LongArray, origin: LongArray, rng: np.random.Generator
+) -> Vehicles:
+    """Draw destinations and coins, and give every vehicle its route (paper, Section IV).
+
+    A destination is uniform over the other fringe nodes that can be reached.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    second
+        (vehicles,) departures in seconds, non-decreasing.
+    origin
+        (vehicles,) indices into ``network.fringe``.
+    rng
+        Stream of random numbers.
+    """
+    table = route_table(network)
+    pair = rng.integers(table.pair_offset[origin], table.pair_offset[origin + 1])
+    coin = rng.random(len(pair))
+    way = np.searchsorted(table.threshold, pair + coin, side="right")
+    offset, place = gather(table.link_offset, way)
+    return Vehicles(second.astype(np.int32), offset, table.links[place])
 
 
 def _build_table(network: RoadNetwork) -> RouteTable:

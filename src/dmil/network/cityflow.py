@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from itertools import pairwise
 from pathlib import Path
 
 from pydantic import TypeAdapter
@@ -64,7 +65,7 @@ def read_cityflow_roadnet(path: str | Path) -> RoadNetwork:
                 road.end,
                 sum(
                     math.dist((here.x, here.y), (there.x, there.y))
-                    for here, there in zip(road.points, road.points[1:], strict=False)
+                    for here, there in pairwise(road.points)
                 ),
                 max(lane.max_speed for lane in road.lanes),
                 len(road.lanes),
@@ -150,15 +151,21 @@ def _with_phases(
                 expected=f"0 to {len(rank) - 1}",
             )
         served.append((frozenset(rank[link] for link in phase.available), phase.time))
+    if not served:
+        served = [(frozenset(rank.values()), 0.0)]
     shown = {phase for phase, _ in served if phase}
     if not shown:
-        shown = {frozenset(rank.values())}
-        served = []
+        raise NetworkError(
+            "no phase of its light serves a road link",
+            where=f"{where}.trafficLight.lightphases",
+            mend="give the phases their road links, or remove the light",
+        )
     # With a single phase "in every phase" says nothing: it is an action, not a right of way.
-    always = frozenset.intersection(*(phase for phase, _ in served)) if len(shown) > 1 else set()
-    unsignalled = frozenset(always)
+    unsignalled: frozenset[int] = frozenset()
+    if len(shown) > 1:
+        unsignalled = frozenset.intersection(*(phase for phase, _ in served))
     greens = [(phase - unsignalled, time_s) for phase, time_s in served if phase - unsignalled]
-    phases = tuple(dict.fromkeys(phase for phase, _ in greens)) or tuple(shown)
+    phases = tuple(dict.fromkeys(phase for phase, _ in greens))
     clearance = [time_s for phase, time_s in served if not phase - unsignalled]
     return Intersection(
         id=junction.id,

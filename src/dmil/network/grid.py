@@ -45,16 +45,16 @@ def grid(rows: int, columns: int) -> RoadNetwork:
     Raises
     ------
     NetworkError
-        If a side is not a positive whole number.
+        If a number is not positive and whole.
 
     Notes
     -----
     The paper does not state how long a link takes; 5 s reproduces its magnitudes.
     """
-    for side, value in (("rows", rows), ("columns", columns)):
+    for axis, value in (("rows", rows), ("columns", columns)):
         if isinstance(value, bool) or not isinstance(value, int) or value < 1:
             raise NetworkError(
-                f"{side} is {value!r}",
+                f"{axis} is {value!r}",
                 where="grid",
                 expected="a whole number, at least 1",
                 mend="write for example grid(5, 5)",

@@ -3,17 +3,37 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from dmil.demand.vehicles import Demand
-from dmil.network.model import RoadNetwork
+from dmil.demand import Demand
+from dmil.errors import InputError
+from dmil.network import RoadNetwork
+from dmil.network.json_file import first_problem
 
 
-class SignalTiming(BaseModel):
-    """When signals may change, in whole seconds (steps of the simulator)."""
+class Settings(BaseModel):
+    """Frozen numbers of a scenario; a wrong one raises our error and not pydantic's."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    def __init__(self, **values: Any) -> None:
+        try:
+            super().__init__(**values)
+        except ValidationError as cause:
+            place, problem = first_problem(cause)
+            fields = ", ".join(type(self).model_fields)
+            name = type(self).__name__
+            raise InputError(
+                problem,
+                where=f"{name}.{place}" if place else name,
+                mend=f"{name} has the fields {fields}",
+            ) from None
+
+
+class SignalTiming(Settings):
+    """When signals may change, in whole seconds: the simulator's steps."""
 
     decision_interval_s: int = Field(
         default=10, ge=1, description="Seconds between two decisions of a controller (paper: 10)."
@@ -21,53 +41,70 @@ class SignalTiming(BaseModel):
     clearance_s: int = Field(
         default=0,
         ge=0,
-        description="Seconds of yellow and all-red after a change of phase, in which only "
-        "unsignalled movements go (paper: none).",
+        description="Seconds of yellow and all-red after a change of phase; less than the decision "
+        "interval (paper: none).",
     )
     min_green_s: int = Field(
-        default=0, ge=0, description="Least seconds a phase is green before it may end."
+        default=0, ge=0, description="Least seconds of green before a phase may end (paper: none)."
     )
     startup_lost_s: int = Field(
         default=0,
         ge=0,
-        description="Seconds at the begin of green in which a newly served queue does not move.",
+        description="Seconds at the beginning of green in which a queue does not move yet "
+        "(paper: none).",
     )
 
+    @model_validator(mode="after")
+    def _clearance_ends(self) -> SignalTiming:
+        if self.clearance_s >= self.decision_interval_s:
+            raise ValueError(
+                f"clearance_s ({self.clearance_s}) must be less than decision_interval_s "
+                f"({self.decision_interval_s}), or no phase would ever be green"
+            )
+        return self
 
-class QueueDynamics(BaseModel):
+
+class QueueDynamics(Settings):
     """How queues discharge and fill."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     saturation_flow_veh_per_s: float = Field(
         default=1.0,
         gt=0,
         allow_inf_nan=False,
-        description="Vehicles per second and lane that a served queue discharges (paper's v*).",
+        description="Vehicles per second and lane that a queue discharges at green (the paper's "
+        "v*, which it does not state).",
     )
     storage: bool = Field(
-        default=False, description="Whether links have finite room, so that queues spill back."
+        default=False,
+        description="Whether links hold a finite number of vehicles, so that queues spill back "
+        "(paper: no).",
     )
     vehicle_space_m: float = Field(
         default=7.5,
         gt=0,
         allow_inf_nan=False,
-        description="Metres of one lane that a standing vehicle takes, gap included.",
+        description="Metres of one lane that a queued vehicle takes up, its gap included; used "
+        "with storage only.",
     )
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """Everything a simulator needs but the seed and the controller.
+    """Everything that a simulator needs but the seed and the controller (ours).
 
     Parameters
     ----------
     name
-        Name as given to ``scenario``.
+        Name as given to `dmil.scenarios.scenario`.
     network, demand, timing, dynamics
         Its parts.
     horizon_s
         Length of a run in seconds.
+
+    Raises
+    ------
+    InputError
+        If the horizon is not a positive whole number, or no decision fits into it.
     """
 
     name: str
@@ -76,3 +113,13 @@ class Scenario:
     timing: SignalTiming
     dynamics: QueueDynamics
     horizon_s: int
+
+    def __post_init__(self) -> None:
+        whole = isinstance(self.horizon_s, int) and not isinstance(self.horizon_s, bool)
+        if not whole or self.horizon_s < self.timing.decision_interval_s:
+            raise InputError(
+                f"the horizon is {self.horizon_s!r} s",
+                where=f"scenario {self.name}",
+                expected="a whole number of seconds, at least one decision interval "
+                f"({self.timing.decision_interval_s} s)",
+            )

@@ -2,19 +2,102 @@
 
 from __future__ import annotations
 
-from dmil.demand import PoissonDemand
+import re
+from dataclasses import replace
+
+from dmil.demand import Demand, PoissonDemand, ScalableDemand
+from dmil.demand.vehicles import check_load
+from dmil.errors import InputError, unknown_name
 from dmil.network import grid
+from dmil.scenarios.cityflow import cityflow_scenario, find_cityflow_files
 from dmil.scenarios.model import QueueDynamics, Scenario, SignalTiming
 
+GRID_HORIZON_S = 300
 
-def scenario(name: str, *, horizon_s: int = 300) -> Scenario:
-    """Return a scenario by its name, such as ``grid:5x5``."""
-    rows, columns = name.removeprefix("grid:").split("x")
-    return Scenario(
-        name,
-        grid(int(rows), int(columns)),
-        PoissonDemand(),
-        SignalTiming(),
-        QueueDynamics(),
-        horizon_s,
-    )
+_NAMES = {
+    "grid:1x1": "the paper's single intersection, Poisson demand, 300 s",
+    "grid:3x3": "the paper's 9 intersections, Poisson demand, 300 s",
+    "grid:5x5": "the paper's 25 intersections, Poisson demand, 300 s",
+    "grid:ROWSxCOLUMNS": "any other grid, with the paper's rates at each of its fringe nodes",
+    "cityflow:FOLDER": "a folder with one roadnet*.json and one flow file, in CityFlow's format",
+    "cityflow:FOLDER#FLOW_FILE": "the same, where the folder has several flow files",
+}
+
+
+def scenario_names() -> dict[str, str]:
+    """Return the names that `scenario` understands, each with one line about it (ours)."""
+    return dict(_NAMES)
+
+
+def scenario(
+    name: str,
+    *,
+    horizon_s: int | None = None,
+    load: float = 1.0,
+    timing: SignalTiming | None = None,
+    dynamics: QueueDynamics | None = None,
+    demand: Demand | None = None,
+) -> Scenario:
+    """Return a scenario by its name (grids: paper, Section IV; others ours).
+
+    Parameters
+    ----------
+    name
+        ``grid:ROWSxCOLUMNS``, ``cityflow:FOLDER`` or ``cityflow:FOLDER#FLOW_FILE``.
+    horizon_s
+        Length of a run in seconds; 300 for grids, for recorded demand its own.
+    load
+        Factor on the demand.
+    timing, dynamics, demand
+        Instead of the scenario's own.
+
+    Raises
+    ------
+    InputError
+        If there is no such scenario, or its files or the options are not valid.
+    """
+    kind, _, rest = name.partition(":")
+    if kind == "grid":
+        rows, columns = _grid_size(name)
+        made = Scenario(
+            name,
+            grid(rows, columns),
+            demand or PoissonDemand(),
+            timing or SignalTiming(),
+            dynamics or QueueDynamics(),
+            GRID_HORIZON_S if horizon_s is None else horizon_s,
+        )
+    elif kind == "cityflow" and rest:
+        roadnet, flow = find_cityflow_files(rest)
+        made = cityflow_scenario(
+            roadnet, flow, horizon_s=horizon_s, timing=timing, dynamics=dynamics, name=name
+        )
+        made = made if demand is None else replace(made, demand=demand)
+    else:
+        raise unknown_name("scenario", name, _NAMES)
+    return _with_load(made, load)
+
+
+def _grid_size(name: str) -> tuple[int, int]:
+    match = re.fullmatch(r"grid:(\d{1,4})x(\d{1,4})", name)
+    if match is None:
+        raise InputError(
+            f"'{name}' is not the name of a grid",
+            where="scenario",
+            expected="grid:ROWSxCOLUMNS",
+            mend="write for example grid:5x5",
+        )
+    return int(match[1]), int(match[2])
+
+
+def _with_load(made: Scenario, load: float) -> Scenario:
+    check_load(load)
+    if load == 1.0:
+        return made
+    if not isinstance(made.demand, ScalableDemand):
+        raise InputError(
+            f"a {type(made.demand).__name__} cannot be scaled",
+            where="load",
+            mend="give it a method scaled(load), or leave the load at 1",
+        )
+    return replace(made, demand=made.demand.scaled(load))

@@ -1,0 +1,176 @@
+"""Vehicles of a file: departures and routes as recorded."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from dmil.demand.vehicles import FloatArray, Vehicles, check_horizon, check_load
+from dmil.errors import DemandError
+from dmil.network import RoadNetwork
+
+
+@dataclass(frozen=True, eq=False)
+class FileDemand:
+    """Recorded vehicles (paper, Section II: "real-world data").
+
+    Parameters
+    ----------
+    network
+        The roads that the routes are on.
+    recorded
+        All vehicles of the record, in order of departure.
+    load
+        Mean number of times that every vehicle departs; see `scaled`.
+    """
+
+    network: RoadNetwork
+    recorded: Vehicles
+    load: float = 1.0
+
+    @classmethod
+    def from_routes(
+        cls,
+        network: RoadNetwork,
+        depart_s: Sequence[float],
+        routes: Sequence[Sequence[str]],
+        *,
+        where: str = "vehicles",
+    ) -> FileDemand:
+        """Build the demand from departure times and link ids.
+
+        Parameters
+        ----------
+        network
+            The roads.
+        depart_s
+            Departure of every vehicle in seconds, in any order; parts of a second are rounded up.
+        routes
+            Link ids of every vehicle, the entry link first.
+        where
+            What errors say the vehicles come from.
+
+        Raises
+        ------
+        DemandError
+            Naming the first vehicle whose departure or route is not possible.
+        """
+        if len(depart_s) != len(routes):
+            raise DemandError(
+                f"there are {len(depart_s)} departures and {len(routes)} routes",
+                where=where,
+                expected="one of each for every vehicle",
+            )
+        known: dict[tuple[str, ...], list[int]] = {}
+        chosen: list[list[int]] = []
+        for vehicle, (second, route) in enumerate(zip(depart_s, routes, strict=True)):
+            if not (math.isfinite(second) and second >= 0):
+                raise DemandError(
+                    f"it departs at {second} s",
+                    where=f"{where}[{vehicle}]",
+                    expected="a time of 0 s or more",
+                )
+            key = tuple(route)
+            if key not in known:
+                known[key] = link_indices(network, key, where=f"{where}[{vehicle}]")
+            chosen.append(known[key])
+        return cls(network, _in_order(np.ceil(np.asarray(depart_s, dtype=np.float64)), chosen))
+
+    @property
+    def last_departure_s(self) -> int:
+        """Second of the last departure, -1 if there is no vehicle."""
+        return int(self.recorded.depart_s[-1]) if len(self.recorded) else -1
+
+    def vehicles(self, network: RoadNetwork, horizon_s: int, rng: np.random.Generator) -> Vehicles:
+        """Return the recorded vehicles that depart before the horizon, and count the others.
+
+        Nothing is drawn at load 1: the record is the same for every seed.
+
+        Raises
+        ------
+        DemandError
+            If the network is not the one of the routes.
+        """
+        check_horizon(horizon_s)
+        if network is not self.network and network.links != self.network.links:
+            raise DemandError(
+                f"its routes are on the network '{self.network.name}', not on '{network.name}'",
+                where="FileDemand",
+                mend="read the vehicles again with this network",
+            )
+        times = np.ones(len(self.recorded), dtype=np.int64)
+        if self.load != 1.0:
+            whole = math.floor(self.load)
+            times = whole + (rng.random(len(times)) < self.load - whole)
+        chosen = np.repeat(np.arange(len(times)), times)
+        within = self.recorded.depart_s[chosen] < horizon_s
+        return self.recorded.take(chosen[within], dropped=int(np.sum(~within)))
+
+    def scaled(self, load: float) -> FileDemand:
+        """Return the demand with ``load`` times as many vehicles in the mean.
+
+        Every vehicle departs ⌊load⌋ times in its second, and with the probability of the remainder
+        once more; below 1, vehicles are left out at random.
+        """
+        check_load(load)
+        return replace(self, load=self.load * load)
+
+
+def link_indices(network: RoadNetwork, route: Sequence[str], *, where: str) -> list[int]:
+    """Return the indices of a route's links after checking that vehicles can drive it.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    route
+        Link ids in order.
+    where
+        Place that an error names.
+
+    Raises
+    ------
+    DemandError
+        If the route is empty, has an unknown link, does not begin at a fringe node, or two of its
+        links are not joined by a movement.
+    """
+    if not route:
+        raise DemandError("its route is empty", where=where, expected="at least one link")
+    for link in route:
+        if link not in network.link_index:
+            raise DemandError(
+                f"its route is over '{link}', which the network does not have",
+                where=where,
+                expected=f"a link of the network '{network.name}'",
+                mend="check that network and vehicles belong together",
+            )
+    indices = [network.link_index[link] for link in route]
+    if network.links[indices[0]].start not in network.intersection_index:
+        for here, there in pairwise(indices):
+            if (here, there) not in network.movement_index:
+                raise DemandError(
+                    f"its route goes from '{network.links[here].id}' to "
+                    f"'{network.links[there].id}', but no movement joins them",
+                    where=where,
+                    mend="add the movement to the network, or correct the route",
+                )
+        return indices
+    raise DemandError(
+        f"its route begins with '{route[0]}', which starts inside the network",
+        where=where,
+        expected="a link that starts at a fringe node",
+        mend="begin the route where vehicles can enter the network",
+    )
+
+
+def _in_order(depart_s: FloatArray, routes: list[list[int]]) -> Vehicles:
+    """Sort vehicles by departure; those of one second stay in the order of the record."""
+    order = np.argsort(depart_s, kind="stable")
+    offset = np.zeros(len(routes) + 1, dtype=np.int32)
+    np.cumsum([len(route) for route in routes], out=offset[1:])
+    links = np.array([link for route in routes for link in route], dtype=np.int32)
+    return Vehicles(depart_s.astype(np.int32), offset, links).take(order)

@@ -1,0 +1,144 @@
+"""Scenarios from CityFlow's files."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from dmil.demand import read_cityflow_flow
+from dmil.errors import InputError, unknown_name
+from dmil.network import read_cityflow_roadnet
+from dmil.scenarios.model import QueueDynamics, Scenario, SignalTiming
+
+DECISION_INTERVAL_S = 15
+SATURATION_FLOW_VEH_PER_S = 0.5
+HORIZON_ROUNDED_TO_S = 600
+
+
+def cityflow_scenario(
+    roadnet: str | Path,
+    flow: str | Path,
+    *,
+    decision_interval_s: int = DECISION_INTERVAL_S,
+    horizon_s: int | None = None,
+    timing: SignalTiming | None = None,
+    dynamics: QueueDynamics | None = None,
+    name: str | None = None,
+) -> Scenario:
+    """Build a scenario from a road network and a flow file of CityFlow (ours).
+
+    Parameters
+    ----------
+    roadnet, flow
+        The two files.
+    decision_interval_s
+        Seconds between two decisions, unless ``timing`` is given.
+    horizon_s
+        Length of a run in seconds; if not given, the last departure rounded up to the next 600 s.
+    timing
+        Signal timing; if not given, the clearance is the file's clearance phase.
+    dynamics
+        Queue dynamics; if not given 0.5 vehicles per second and lane, and finite storage.
+    name
+        Name of the scenario; if not given, ``cityflow:`` and the flow file's name.
+
+    Raises
+    ------
+    InputError
+        If a file is not valid, or the files do not belong together.
+    """
+    network = read_cityflow_roadnet(roadnet)
+    demand = read_cityflow_flow(flow, network, horizon_s=horizon_s)
+    if horizon_s is None:
+        departures_s = demand.last_departure_s + 1
+        horizon_s = HORIZON_ROUNDED_TO_S * max(1, math.ceil(departures_s / HORIZON_ROUNDED_TO_S))
+    return Scenario(
+        name=name or f"cityflow:{Path(flow).stem}",
+        network=network,
+        demand=demand,
+        timing=timing
+        or SignalTiming(
+            decision_interval_s=decision_interval_s, clearance_s=math.ceil(network.clearance_s)
+        ),
+        dynamics=dynamics
+        or QueueDynamics(
+            saturation_flow_veh_per_s=SATURATION_FLOW_VEH_PER_S,
+            storage=True,
+        ),
+        horizon_s=horizon_s,
+    )
+
+
+def find_cityflow_files(place: str) -> tuple[Path, Path]:
+    """Find the road network and the flow file in a folder (ours).
+
+    Of several flow files the one is meant whose name all others continue, such as ``city.json``
+    beside ``city_2000.json`` and ``city_2500.json``.
+
+    Parameters
+    ----------
+    place
+        The folder, or ``FOLDER#FLOW_FILE``.
+
+    Returns
+    -------
+    tuple of Path
+        The road network and the flow file.
+
+    Raises
+    ------
+    InputError
+        If the folder does not hold them, or which flow file is meant is not clear.
+    """
+    folder, chosen = Path(place), ""
+    if not folder.is_dir() and "#" in place:
+        before, _, chosen = place.rpartition("#")
+        folder = Path(before)
+    if not folder.is_dir():
+        raise InputError(
+            "there is no such folder",
+            where=str(folder),
+            expected="a folder with one roadnet*.json and one flow file",
+            mend="check the path",
+        )
+    roadnets = sorted(folder.glob("roadnet*.json"))
+    if len(roadnets) != 1:
+        found = ", ".join(path.name for path in roadnets)
+        raise InputError(
+            f"there are {len(roadnets)} road networks: {found}" if found else "no road network",
+            where=str(folder),
+            expected="exactly one file roadnet*.json",
+            mend="use cityflow_scenario(roadnet, flow) to name both files"
+            if found
+            else "check that this is the right folder",
+        )
+    flows = {path.name: path for path in sorted(folder.glob("*.json")) if _is_list(path)}
+    if chosen:
+        if chosen not in flows:
+            raise unknown_name("flow file", chosen, flows, where=str(folder))
+        return roadnets[0], flows[chosen]
+    return roadnets[0], _only_flow(folder, list(flows.values()))
+
+
+def _only_flow(folder: Path, flows: list[Path]) -> Path:
+    if not flows:
+        raise InputError(
+            "there is no flow file",
+            where=str(folder),
+            expected="a JSON file with a list of vehicles beside the road network",
+        )
+    meant = [path for path in flows if all(other.stem.startswith(path.stem) for other in flows)]
+    if len(meant) == 1:
+        return meant[0]
+    raise InputError(
+        f"there are {len(flows)} flow files: {', '.join(path.name for path in flows)}",
+        where=str(folder),
+        expected="one, or one whose name all others continue",
+        mend=f"choose one, such as cityflow:{folder}#{flows[0].name}",
+    )
+
+
+def _is_list(path: Path) -> bool:
+    """Tell whether a JSON file holds a list: a flow does, a network and a configuration do not."""
+    with path.open("rb") as file:
+        return file.read(256).lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"[")
