@@ -32,9 +32,9 @@ lint: .venv/dev.stamp ## Check format, style, types and who imports whom
 bench: .venv/run.stamp ## Measure the simulator's and the learner's speed
 	@$(BIN)/dmil bench
 
-clean: ## Remove the environment, caches and the study's results
+clean: ## Remove the environment and caches; results of studies stay
 	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
-	rm -rf .coverage .coverage.* build dist $(STUDY)
+	rm -rf .coverage .coverage.* build dist
 	find src tests scripts -name __pycache__ -type d -prune -exec rm -rf {} +
 
 .venv/run.stamp: constraints.txt pyproject.toml scripts/environment.sh
