@@ -1,1 +1,23 @@
 """From results to tables to claims with verdicts."""
+
+from dmil.analysis.cells import Cells, cells_of
+from dmil.analysis.claims import claims
+from dmil.analysis.paper import TABLE_II, Architecture, PaperValue, architecture_of
+from dmil.analysis.statements import STATEMENTS, Statement
+from dmil.analysis.tables import curves, paper_table, sensitivity, summary
+
+__all__ = [
+    "STATEMENTS",
+    "TABLE_II",
+    "Architecture",
+    "Cells",
+    "PaperValue",
+    "Statement",
+    "architecture_of",
+    "cells_of",
+    "claims",
+    "curves",
+    "paper_table",
+    "sensitivity",
+    "summary",
+]

@@ -69,10 +69,7 @@ class Cells:
     @property
     def scenarios(self) -> list[str]:
         """Scenarios, small grids first."""
-        return sorted(
-            self.table["scenario"].unique().to_list(),
-            key=lambda name: (intersections_of(name) or 10**9, name),
-        )
+        return by_size(self.table["scenario"].unique().to_list())
 
     def find(
         self, preset: str, scenario: str, reward: str, architecture: Architecture
@@ -119,6 +116,11 @@ def ordered(names: Sequence[str], order: Sequence[str]) -> list[str]:
     return sorted(names, key=lambda name: (rank.get(name, len(rank)), name))
 
 
+def by_size(scenarios: Sequence[str]) -> list[str]:
+    """Return scenarios, small grids first and other networks last."""
+    return sorted(scenarios, key=lambda name: (intersections_of(name) or 10**9, name))
+
+
 def cells_of(results: Results) -> Cells:
     """Arrange the successful runs of a study.
 
@@ -153,8 +155,14 @@ def arrange(runs: pl.DataFrame, where: str) -> Cells:
             expected="one run for each cell and seed",
             mend="analyse different horizons or studies in folders of their own",
         )
-    ranks = [_rank("preset", PRESET_ORDER), _scenario_rank(), _rank("reward", REWARD_ORDER)]
-    ranks += [_rank("controller", CONTROLLER_ORDER), _rank("embedding", EMBEDDING_ORDER)]
+    orders = {
+        "preset": PRESET_ORDER,
+        "scenario": by_size(runs["scenario"].unique().to_list()),
+        "reward": REWARD_ORDER,
+        "controller": CONTROLLER_ORDER,
+        "embedding": EMBEDDING_ORDER,
+    }
+    ranks = [_rank(column, order) for column, order in orders.items()]
     table = runs.select(CELL).unique().sort(*ranks, *CELL, nulls_last=True)
     seeds = sorted(runs["seed"].unique().to_list())
     placed = runs.join(table.with_row_index("cell"), on=CELL, nulls_equal=True)
@@ -172,12 +180,6 @@ def arrange(runs: pl.DataFrame, where: str) -> Cells:
 def _rank(column: str, order: Sequence[str]) -> pl.Expr:
     return pl.col(column).replace_strict(
         list(order), list(range(len(order))), default=len(order), return_dtype=pl.Int64
-    )
-
-
-def _scenario_rank() -> pl.Expr:
-    return pl.col("scenario").map_elements(
-        lambda name: intersections_of(name) or 10**9, return_dtype=pl.Int64
     )
 
 

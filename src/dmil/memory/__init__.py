@@ -11,6 +11,7 @@ from dmil.memory.dual import (
     stage,
 )
 from dmil.memory.imports import import_best, import_values
+from dmil.memory.packing import bytes_used, pack, unpack_bests, unpack_values
 from dmil.memory.rows import ABSENT, Rows, append, clear, find, make_rows
 from dmil.memory.tables import (
     BestTable,
@@ -41,6 +42,7 @@ __all__ = [
     "best_table_with_room",
     "best_tried",
     "bests_of",
+    "bytes_used",
     "clear",
     "consolidate",
     "find",
@@ -51,11 +53,14 @@ __all__ = [
     "make_rows",
     "make_scratch",
     "make_value_table",
+    "pack",
     "recall",
     "recalled_value",
     "remember",
     "significantly_better",
     "stage",
+    "unpack_bests",
+    "unpack_values",
     "value_table_with_room",
     "values_of",
     "write",

@@ -25,6 +25,9 @@ VALUE, CHILD, SIBLING, ROW = range(4)
 NODE_FIELDS = 4
 ROOT = 0
 
+SPARE_ROWS = 64
+"""Room left in a fresh copy of a table."""
+
 
 class Rows(NamedTuple):
     """Keys of all owners and the index over them.
@@ -90,7 +93,8 @@ def with_room(rows: Rows, more: int) -> Rows:
         needed = int(rows.node_count.max()) + more * (places + 1)
         if grown.nodes.shape[1] < needed:
             grown = grown._replace(nodes=np.zeros((owners, 2 * needed, NODE_FIELDS), np.int32))
-        grown.nodes[:, : rows.nodes.shape[1]] = rows.nodes
+        used = int(rows.node_count.max())
+        grown.nodes[:, :used] = rows.nodes[:, :used]
         grown.node_count[:] = rows.node_count
     grown.keys[:, :capacity] = rows.keys
     grown.size[:] = rows.size
@@ -100,9 +104,24 @@ def with_room(rows: Rows, more: int) -> Rows:
 
 
 def rows_of(rows: Rows, owners: IntArray) -> Rows:
-    """Give each new owner a copy of the rows of the old owner that is named for it (ours)."""
-    size, keys, slots, nodes, node_count = (array[owners] for array in rows[:-1])
-    return Rows(size, keys, slots, nodes, node_count, rows.tolerance)
+    """Give each new owner a copy of the rows of the old owner that is named for it (ours).
+
+    Room is left for `SPARE_ROWS` more.
+    """
+    places = rows.keys.shape[2]
+    capacity = int(rows.size.max()) + SPARE_ROWS
+    nodes = int(rows.node_count.max()) + (SPARE_ROWS * (places + 1) if rows.tolerance else 0)
+    roomy = rows
+    if capacity > rows.keys.shape[1] or nodes > rows.nodes.shape[1]:
+        roomy = with_room(rows, SPARE_ROWS)
+    return Rows(
+        roomy.size[owners],
+        roomy.keys[owners, :capacity],
+        roomy.slots[owners],
+        roomy.nodes[owners, :nodes],
+        roomy.node_count[owners],
+        rows.tolerance,
+    )
 
 
 @kernel

@@ -108,13 +108,26 @@ def best_table_with_room(table: BestTable, more: int) -> BestTable:
 
 def values_of(table: ValueTable, owners: IntArray) -> ValueTable:
     """Give each new owner a copy of the table of the old owner that is named for it (ours)."""
-    value, tried, visits = (array[owners] for array in table[1:])
-    return ValueTable(rows_of(table.rows, owners), value, tried, visits)
+    rows = rows_of(table.rows, owners)
+    capacity = rows.keys.shape[1]
+    value, tried, visits = (_for_owners(array, owners, capacity) for array in table[1:])
+    return ValueTable(rows, value, tried, visits)
 
 
 def bests_of(table: BestTable, owners: IntArray) -> BestTable:
     """Give each new owner a copy of the table of the old owner that is named for it (ours)."""
-    return BestTable(rows_of(table.rows, owners), table.action[owners], table.value[owners])
+    rows = rows_of(table.rows, owners)
+    capacity = rows.keys.shape[1]
+    action, value = (_for_owners(array, owners, capacity) for array in table[1:])
+    return BestTable(rows, action, value)
+
+
+def _for_owners(
+    array: npt.NDArray[Scalar], owners: IntArray, capacity: int
+) -> npt.NDArray[Scalar]:
+    if capacity > array.shape[1]:
+        array = _longer(array, capacity)
+    return array[owners, :capacity]
 
 
 def _longer(array: npt.NDArray[Scalar], capacity: int) -> npt.NDArray[Scalar]:

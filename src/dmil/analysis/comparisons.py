@@ -1,0 +1,133 @@
+"""Paired comparisons of cells and what they show: the bricks of a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from dmil.analysis.cells import Cells
+from dmil.seeding import stream
+from dmil.statistics import Estimate, paired_difference, paired_ratio_of_ratios
+
+Relation = Literal["below", "above", "within", "not below"]
+Outcome = Literal["shown", "opposite", "open"]
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """One cell against another: mean(first)/mean(second) - 1 over the seeds that both have.
+
+    Parameters
+    ----------
+    label
+        What is compared, for a reader.
+    scenario
+        Where.
+    measure
+        Column of ``runs``, or ``entries_per_decision``.
+    first, second
+        Numbers of the cells, None where a cell was not run.
+    change_of, change_from
+        If given, (first/second)/(change_of/change_from) - 1 is estimated: whether going from
+        second to first changes more than going from change_from to change_of.
+    """
+
+    label: str
+    scenario: str
+    measure: str
+    first: int | None
+    second: int | None
+    change_of: int | None = None
+    change_from: int | None = None
+
+    @property
+    def possible(self) -> bool:
+        """Whether all its cells were run."""
+        pair = self.first is not None and self.second is not None
+        return pair and (self.change_of is None) == (self.change_from is None)
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """A comparison with its result; differences are relative, -0.3 is 30 % lower."""
+
+    comparison: Comparison
+    value: float
+    low: float
+    high: float
+    seeds: int
+    outcome: Outcome
+
+
+def judge(relation: Relation, threshold: float, low: float, high: float) -> Outcome:
+    """Say whether an interval shows a relation to a threshold, its opposite, or leaves it open.
+
+    "below": the whole interval lies below the threshold; "above": above it; "within": inside
+    ±threshold; "not below": its upper end is not below the threshold. Without an interval (one
+    seed) the question is open.
+    """
+    if np.isnan(low) or np.isnan(high):
+        return "open"
+    if relation == "within":
+        if -threshold <= low and high <= threshold:
+            return "shown"
+        return "opposite" if low > threshold or high < -threshold else "open"
+    if relation == "not below":
+        return "opposite" if high < threshold else "shown"
+    below, above = high < threshold, low > threshold
+    if relation == "above":
+        below, above = above, below
+    return "shown" if below else "opposite" if above else "open"
+
+
+def evaluate(
+    cells: Cells, comparisons: Iterable[Comparison], relation: Relation, threshold: float
+) -> list[Evidence]:
+    """Estimate all possible comparisons and judge each."""
+    possible = [comparison for comparison in comparisons if comparison.possible]
+    evidence: list[Evidence] = []
+    for comparison, (value, low, high, seeds) in zip(
+        possible, _estimate(cells, possible), strict=True
+    ):
+        if seeds:
+            outcome = judge(relation, threshold, low, high)
+            evidence.append(Evidence(comparison, value, low, high, seeds, outcome))
+    return evidence
+
+
+def _estimate(
+    cells: Cells, comparisons: Sequence[Comparison]
+) -> list[tuple[float, float, float, int]]:
+    results: dict[int, tuple[float, float, float, int]] = {}
+    groups: dict[tuple[str, bool], list[int]] = {}
+    for number, comparison in enumerate(comparisons):
+        plain = comparison.change_of is None
+        groups.setdefault((comparison.measure, plain), []).append(number)
+    for (measure, plain), numbers in groups.items():
+        chosen = [comparisons[number] for number in numbers]
+        rng = stream(0, "bootstrap", "claims")
+        first = cells.columns(measure, [c.first for c in chosen])
+        second = cells.columns(measure, [c.second for c in chosen])
+        if plain:
+            estimate = paired_difference(first, second, rng, relative=True)
+        else:
+            change_of = cells.columns(measure, [c.change_of for c in chosen])
+            change_from = cells.columns(measure, [c.change_from for c in chosen])
+            estimate = paired_ratio_of_ratios((first, second), (change_of, change_from), rng)
+        results |= dict(zip(numbers, _rows(estimate), strict=True))
+    return [results[number] for number in range(len(comparisons))]
+
+
+def _rows(estimate: Estimate) -> list[tuple[float, float, float, int]]:
+    return list(
+        zip(
+            estimate.value.tolist(),
+            estimate.low.tolist(),
+            estimate.high.tolist(),
+            estimate.seeds.tolist(),
+            strict=True,
+        )
+    )

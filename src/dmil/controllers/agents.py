@@ -1,0 +1,81 @@
+"""The agents of a network: their shapes, symmetries and equivalence classes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from dmil.network import Intersection, RoadNetwork, shape_signature
+from dmil.symmetry import Classes, Embedding, SymmetryGroup, build_classes, find_group
+
+IntArray = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Agents:
+    """One agent per intersection; agents of one shape may share memory (specification, §5).
+
+    Attributes
+    ----------
+    shape: (agents,) int32
+        Shape of each agent's intersection.
+    signatures: (shapes,) of str
+        What identifies a shape, also in saved policies.
+    groups: (shapes,) of SymmetryGroup
+    members: (shapes,) of (members,) int32 arrays
+        Agents of each shape.
+    """
+
+    shape: IntArray
+    signatures: tuple[str, ...]
+    groups: tuple[SymmetryGroup, ...]
+    members: tuple[IntArray, ...]
+
+
+@lru_cache(maxsize=64)
+def agents_of(network: RoadNetwork) -> Agents:
+    """Find the shapes of a network's intersections and their symmetries (ours)."""
+    signatures: dict[str, int] = {}
+    groups: list[SymmetryGroup] = []
+    shape = []
+    for item in network.intersections:
+        signature = shape_signature(item)
+        if signature not in signatures:
+            signatures[signature] = len(signatures)
+            groups.append(_symmetries(item, network))
+        shape.append(signatures[signature])
+    shapes = np.array(shape, np.int32)
+    return Agents(
+        shape=shapes,
+        signatures=tuple(signatures),
+        groups=tuple(groups),
+        members=tuple(np.flatnonzero(shapes == s).astype(np.int32) for s in range(len(groups))),
+    )
+
+
+@lru_cache(maxsize=256)
+def classes_of(network: RoadNetwork, embedding: Embedding) -> Classes:
+    """Make an embedding concrete for the agents of a network (ours)."""
+    agents = agents_of(network)
+    return build_classes(embedding, agents.groups, agents.shape)
+
+
+def _symmetries(intersection: Intersection, network: RoadNetwork) -> SymmetryGroup:
+    """Number the sides by the node that lies there, and find which relabellings fit."""
+    links = {link.id: link for link in network.links}
+    sides: dict[str, int] = {}
+    origin = [
+        sides.setdefault(links[movement.from_link].start, len(sides))
+        for movement in intersection.movements
+    ]
+    goal = [
+        sides.setdefault(links[movement.to_link].end, len(sides))
+        for movement in intersection.movements
+    ]
+    served = np.zeros((len(intersection.phases), len(origin)), np.bool_)
+    for p, phase in enumerate(intersection.phases):
+        served[p, sorted(phase | intersection.unsignalled)] = True
+    return find_group(origin, goal, [m.turn for m in intersection.movements], served)
