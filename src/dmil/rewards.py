@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from dmil.compilation import kernel
+from dmil.compilation import allocating_kernel
 from dmil.network import RoadNetwork
 from dmil.simulation import Observation
 from dmil.simulation.pressure import movement_pressure
@@ -90,7 +90,7 @@ def _orientations(network: RoadNetwork) -> IntArray:
     return np.array([len(item.movements) for item in network.intersections], np.int32)
 
 
-@kernel
+@allocating_kernel
 def _default(before: IntArray, after: IntArray, orientations: IntArray) -> FloatArray:
     reward = np.zeros(before.shape[0])
     for i in range(before.shape[0]):
@@ -103,7 +103,7 @@ def _default(before: IntArray, after: IntArray, orientations: IntArray) -> Float
     return reward
 
 
-@kernel
+@allocating_kernel
 def _diffusion(before: IntArray, after: IntArray, orientations: IntArray) -> FloatArray:
     reward = np.zeros(before.shape[0])
     for i in range(before.shape[0]):
@@ -114,7 +114,7 @@ def _diffusion(before: IntArray, after: IntArray, orientations: IntArray) -> Flo
     return reward
 
 
-@kernel
+@allocating_kernel
 def _entropy(before: IntArray, after: IntArray) -> FloatArray:
     reward = np.zeros(before.shape[0])
     for i in range(before.shape[0]):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dmil.compilation import kernel
+from dmil.compilation import allocating_kernel
 from dmil.memory.rows import ABSENT
 from dmil.memory.tables import (
     BestTable,
@@ -24,7 +24,7 @@ from dmil.memory.tables import (
 from dmil.symmetry import Classes
 
 
-@kernel
+@allocating_kernel
 def average_values(
     table: ValueTable, classes: Classes, members: IntArray, common: int, scratch: Scratch
 ) -> None:
@@ -72,7 +72,7 @@ def average_values(
         copy_values(table, first, member)
 
 
-@kernel
+@allocating_kernel
 def average_best(
     table: BestTable, classes: Classes, members: IntArray, common: int, scratch: Scratch
 ) -> None:

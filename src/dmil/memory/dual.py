@@ -16,6 +16,7 @@ from dmil.memory.tables import (
     ValueTable,
     best_tried,
     clear_values,
+    forget_values,
     look_up,
     look_up_or_append,
     write,
@@ -80,7 +81,10 @@ def remember(
     size = memory.short.rows.size[owner]
     due = size >= memory.short_capacity
     if memory.stage_period > 0:
-        due = due or memory.short.visits[owner, :size].sum() >= memory.stage_period
+        writes = 0
+        for row in range(size):
+            writes += memory.short.visits[owner, row]
+        due = due or writes >= memory.stage_period
     if due:
         stage(memory, classes, owner, shape, scratch)
 
@@ -119,7 +123,7 @@ def stage(
             scratch,
         )
         # A row without tried actions is not chosen again.
-        short.tried[owner, chosen] = False
+        forget_values(short, owner, chosen)
     clear_values(short, owner)
 
 

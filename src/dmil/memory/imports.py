@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dmil.compilation import kernel
+from dmil.compilation import allocating_kernel, kernel
 from dmil.memory.dual import consolidate
 from dmil.memory.rows import ABSENT
 from dmil.memory.tables import BestTable, Scratch, ValueTable, best_tried, look_up_or_append
@@ -43,7 +43,7 @@ def import_values(
         table.visits[shape, row] += source.visits[shape, origin]
 
 
-@kernel
+@allocating_kernel
 def import_best(
     source: ValueTable,
     table: BestTable,

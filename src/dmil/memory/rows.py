@@ -173,7 +173,8 @@ def append(rows: Rows, owner: int, key: IntArray) -> int:
     """
     row = rows.size[owner]
     rows.size[owner] = row + 1
-    rows.keys[owner, row] = key
+    for place in range(key.shape[0]):
+        rows.keys[owner, row, place] = key[place]
     if rows.tolerance == 0:
         _hash_in(rows, owner, row)
     else:
@@ -185,7 +186,8 @@ def append(rows: Rows, owner: int, key: IntArray) -> int:
 def clear(rows: Rows, owner: int) -> None:
     """Remove every row of an owner."""
     rows.size[owner] = 0
-    rows.slots[owner] = ABSENT
+    for slot in range(rows.slots.shape[1]):
+        rows.slots[owner, slot] = ABSENT
     rows.node_count[owner] = 1
     rows.nodes[owner, ROOT, CHILD] = ABSENT
 
@@ -193,12 +195,16 @@ def clear(rows: Rows, owner: int) -> None:
 @kernel
 def copy_rows(rows: Rows, source: int, goal: int) -> None:
     """Make the rows of one owner equal to those of another."""
-    size, nodes = rows.size[source], rows.node_count[source]
-    rows.size[goal] = size
-    rows.keys[goal, :size] = rows.keys[source, :size]
-    rows.slots[goal] = rows.slots[source]
-    rows.nodes[goal, :nodes] = rows.nodes[source, :nodes]
-    rows.node_count[goal] = nodes
+    rows.size[goal] = rows.size[source]
+    for row in range(rows.size[source]):
+        for place in range(rows.keys.shape[2]):
+            rows.keys[goal, row, place] = rows.keys[source, row, place]
+    for slot in range(rows.slots.shape[1]):
+        rows.slots[goal, slot] = rows.slots[source, slot]
+    rows.node_count[goal] = rows.node_count[source]
+    for node in range(rows.node_count[source]):
+        for field in range(rows.nodes.shape[2]):
+            rows.nodes[goal, node, field] = rows.nodes[source, node, field]
 
 
 @kernel
@@ -243,7 +249,8 @@ def _hash_in(rows: Rows, owner: int, row: int) -> None:
 @kernel
 def _rehash(rows: Rows) -> None:
     for owner in range(rows.size.shape[0]):
-        rows.slots[owner] = ABSENT
+        for slot in range(rows.slots.shape[1]):
+            rows.slots[owner, slot] = ABSENT
         for row in range(rows.size[owner]):
             _hash_in(rows, owner, row)
 

@@ -228,26 +228,34 @@ def best_tried(table: ValueTable, owner: int, row: int, count: int) -> int:
 @kernel
 def clear_values(table: ValueTable, owner: int) -> None:
     """Empty a table of values."""
-    size = table.rows.size[owner]
-    table.value[owner, :size] = 0.0
-    table.tried[owner, :size] = False
-    table.visits[owner, :size] = 0
+    for row in range(table.rows.size[owner]):
+        forget_values(table, owner, row)
+        table.visits[owner, row] = 0
     clear(table.rows, owner)
 
 
 @kernel
+def forget_values(table: ValueTable, owner: int, row: int) -> None:
+    """Make all actions of a row untried."""
+    for action in range(table.value.shape[2]):
+        table.value[owner, row, action] = 0.0
+        table.tried[owner, row, action] = False
+
+
+@kernel
 def copy_values(table: ValueTable, source: int, goal: int) -> None:
-    """Make one owner's table equal to another's, the count of visits excepted."""
-    size = table.rows.size[source]
+    """Make one owner's table equal to another's, the counts of visits excepted."""
     copy_rows(table.rows, source, goal)
-    table.value[goal, :size] = table.value[source, :size]
-    table.tried[goal, :size] = table.tried[source, :size]
+    for row in range(table.rows.size[source]):
+        for action in range(table.value.shape[2]):
+            table.value[goal, row, action] = table.value[source, row, action]
+            table.tried[goal, row, action] = table.tried[source, row, action]
 
 
 @kernel
 def copy_best(table: BestTable, source: int, goal: int) -> None:
     """Make one owner's table equal to another's."""
-    size = table.rows.size[source]
     copy_rows(table.rows, source, goal)
-    table.action[goal, :size] = table.action[source, :size]
-    table.value[goal, :size] = table.value[source, :size]
+    for row in range(table.rows.size[source]):
+        table.action[goal, row] = table.action[source, row]
+        table.value[goal, row] = table.value[source, row]

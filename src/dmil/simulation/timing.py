@@ -1,62 +1,70 @@
 """Rules between what a controller asks for and what the signals show.
 
-Minimum green and clearance time are enforced here and nowhere else, whatever the simulator.
+Minimum green, clearance time and start-up lost time are worked out here and nowhere else, once per
+decision; a simulator only compares the time with ``go_from_s``.
 """
 
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from dmil.compilation import kernel
 
+IntArray = npt.NDArray[np.int32]
+
+NEVER_S = np.iinfo(np.int32).max
+"""``go_from_s`` of a movement that has red."""
+
 
 @kernel
-def grant(  # type: ignore[no-untyped-def]
-    requested, phase, previous_phase, green_s, clearance_left_s, min_green_s, clearance_s
-):
+def grant(
+    served: npt.NDArray[np.bool_],
+    unsignalled: npt.NDArray[np.bool_],
+    requested: IntArray,
+    phase: IntArray,
+    green_from_s: IntArray,
+    go_from_s: IntArray,
+    time_s: int,
+    min_green_s: int,
+    clearance_s: int,
+    startup_lost_s: int,
+) -> int:
     """Turn requested phases into the phases shown; return how many requests were refused (ours).
 
     A change is refused while a clearance runs or the green is younger than ``min_green_s``. A
-    granted change starts ``clearance_s`` during which only movements that are green in both phases
-    (and unsignalled ones) may go. The first phase of a run needs no clearance.
+    granted change begins with ``clearance_s`` in which only movements go that are green in both
+    phases, and unsignalled ones; a movement that had red loses ``startup_lost_s`` more. The first
+    phase of a run needs no clearance.
 
     Parameters
     ----------
-    requested: (intersections,) int
-    phase, previous_phase, green_s, clearance_left_s: (intersections,) int32
-        Signal state, changed in place.
-    min_green_s, clearance_s: int
+    served: (intersections, phases, orientations) bool
+        Who may go in a phase.
+    unsignalled: (intersections, orientations) bool
+        Who may always go.
+    requested, phase: (intersections,) int
+        Phases wanted and shown (changed in place; −1 before the first decision).
+    green_from_s: (intersections,) int32
+        When the phase shown turned or turns green, changed in place.
+    go_from_s: (intersections, orientations) int32
+        From when on vehicles of a movement go; `NEVER_S` for red. Changed in place.
+    time_s, min_green_s, clearance_s, startup_lost_s: int
     """
     refused = 0
     for i in range(phase.shape[0]):
         if requested[i] == phase[i]:
             continue
-        if phase[i] < 0:
-            phase[i] = requested[i]
-            previous_phase[i] = requested[i]
-        elif clearance_left_s[i] > 0 or green_s[i] < min_green_s:
+        if phase[i] >= 0 and time_s < green_from_s[i] + min_green_s:
             refused += 1
             continue
-        else:
-            previous_phase[i] = phase[i]
-            phase[i] = requested[i]
-            clearance_left_s[i] = clearance_s
-        green_s[i] = 0
+        green_from_s[i] = time_s if phase[i] < 0 else time_s + clearance_s
+        phase[i] = requested[i]
+        for j in range(served.shape[2]):
+            if unsignalled[i, j]:
+                go_from_s[i, j] = 0
+            elif not served[i, requested[i], j]:
+                go_from_s[i, j] = NEVER_S
+            elif go_from_s[i, j] == NEVER_S:
+                go_from_s[i, j] = green_from_s[i] + startup_lost_s
     return refused
-
-
-@kernel
-def may_go(served, phase, previous_phase, clearance_left_s, orientation):  # type: ignore[no-untyped-def]
-    """Tell whether a movement has green at one intersection in this second (ours).
-
-    Parameters
-    ----------
-    served: (phases, orientations) bool
-        Unsignalled movements are served in every phase.
-    phase, previous_phase, clearance_left_s, orientation: int
-    """
-    if phase < 0:
-        return np.bool_(False)
-    if clearance_left_s > 0 and not served[previous_phase, orientation]:
-        return np.bool_(False)
-    return served[phase, orientation]

@@ -8,16 +8,30 @@ from dmil.simulation.queue.state import (
     NEXT_VEHICLE,
     NOBODY,
     OUTSIDE,
-    OVERRULED,
+    REFUSED,
     TIME,
     VISITS,
+    WAITING,
     WAITING_STEPS,
+    IntArray,
+    Layout,
+    State,
+    Trips,
 )
-from dmil.simulation.timing import grant, may_go
+from dmil.simulation.timing import grant
 
 
 @kernel
-def advance(layout, trips, state, requested, steps, min_green_s, clearance_s, startup_lost_s):  # type: ignore[no-untyped-def]
+def advance(
+    layout: Layout,
+    trips: Trips,
+    state: State,
+    requested: IntArray,
+    steps: int,
+    min_green_s: int,
+    clearance_s: int,
+    startup_lost_s: int,
+) -> None:
     """Show the requested phases and run the network for some steps of 1 s (specification, §2).
 
     Each step: departures, vehicles that reach the end of their link, discharge, measurements; a
@@ -32,28 +46,45 @@ def advance(layout, trips, state, requested, steps, min_green_s, clearance_s, st
     steps, min_green_s, clearance_s, startup_lost_s: int
     """
     counters = state.counters
-    counters[OVERRULED] += grant(
+    counters[REFUSED] += grant(
+        layout.served,
+        layout.unsignalled,
         requested,
         state.phase,
-        state.previous_phase,
-        state.green_s,
-        state.clearance_left_s,
+        state.green_from_s,
+        state.go_from_s,
+        counters[TIME],
         min_green_s,
         clearance_s,
+        startup_lost_s,
     )
-    state.waiting_steps[:] = 0
-    for _ in range(steps):
-        time_s = counters[TIME]
-        _depart(layout, trips, state, time_s)
-        _reach_link_ends(trips, state, time_s)
-        _discharge(layout, trips, state, time_s, startup_lost_s)
-        _measure(state, time_s)
-        _tick_signals(state)
-        counters[TIME] = time_s + 1
+    # Arrays are taken out of their tuples once: the loop over all slots is the hot one.
+    queue_veh, waiting_steps = state.queue_veh.reshape(-1), state.waiting_steps.reshape(-1)
+    go_from_s, due_front = state.go_from_s.reshape(-1), state.due_front
+    depart_s, arrived_at, queued_at = trips.depart_s, state.arrived_at, state.queued_at
+    waiting_steps[:] = 0
+    for time_s in range(counters[TIME], counters[TIME] + steps):
+        next_vehicle = counters[NEXT_VEHICLE]
+        if next_vehicle < depart_s.shape[0] and depart_s[next_vehicle] <= time_s:
+            _depart(layout, trips, state, time_s)
+        if counters[OUTSIDE] > 0:
+            _enter_where_room(layout, trips, state, time_s)
+        if due_front[time_s % due_front.shape[0]] != NOBODY:
+            _reach_link_ends(trips, state, time_s)
+        for slot in range(queue_veh.shape[0]):
+            if queue_veh[slot] > 0:
+                if go_from_s[slot] <= time_s:
+                    _discharge(layout, trips, state, slot, time_s)
+                waiting_steps[slot] += queue_veh[slot]
+        waiting_veh = counters[WAITING] + counters[OUTSIDE]
+        counters[WAITING_STEPS] += waiting_veh
+        arrived_at[time_s] = counters[ARRIVED]
+        queued_at[time_s] = waiting_veh
+    counters[TIME] += steps
 
 
 @kernel
-def approaching(trips, state, within_s, counts):  # type: ignore[no-untyped-def]
+def approaching(trips: Trips, state: State, within_s: int, counts: IntArray) -> None:
     """Count the vehicles that reach the end of their link soon, per slot (specification, §2).
 
     Parameters
@@ -79,7 +110,9 @@ def approaching(trips, state, within_s, counts):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _append(front, back, behind, place, vehicle):  # type: ignore[no-untyped-def]
+def _append(
+    front: IntArray, back: IntArray, behind: IntArray, place: int, vehicle: int
+) -> None:
     """Put a vehicle at the end of the linked list that starts at ``front[place]``."""
     behind[vehicle] = NOBODY
     if front[place] == NOBODY:
@@ -90,42 +123,43 @@ def _append(front, back, behind, place, vehicle):  # type: ignore[no-untyped-def
 
 
 @kernel
-def _depart(layout, trips, state, time_s):  # type: ignore[no-untyped-def]
+def _depart(layout: Layout, trips: Trips, state: State, time_s: int) -> None:
     """Let vehicles whose time has come into their entry link, or wait outside while it is full."""
     counters = state.counters
     vehicle = counters[NEXT_VEHICLE]
     while vehicle < trips.depart_s.shape[0] and trips.depart_s[vehicle] <= time_s:
         link = trips.entry_link[vehicle]
-        state.joined_s[vehicle] = time_s
-        _append(state.outside_front, state.outside_back, state.behind, link, vehicle)
-        counters[OUTSIDE] += 1
+        if state.outside_front[link] == NOBODY and _has_room(layout, state, link):
+            _enter_link(layout, trips, state, vehicle, link, time_s)
+        else:
+            state.joined_s[vehicle] = time_s
+            _append(state.outside_front, state.outside_back, state.behind, link, vehicle)
+            counters[OUTSIDE] += 1
         vehicle += 1
-        if state.outside_front[link] == vehicle - 1 and _has_room(layout, state, link):
-            _enter_network(layout, trips, state, link, time_s)
     counters[NEXT_VEHICLE] = vehicle
-    if counters[OUTSIDE] > 0:
-        for link in range(layout.travel_s.shape[0]):
-            while state.outside_front[link] != NOBODY and _has_room(layout, state, link):
-                _enter_network(layout, trips, state, link, time_s)
 
 
 @kernel
-def _has_room(layout, state, link):  # type: ignore[no-untyped-def]
+def _enter_where_room(layout: Layout, trips: Trips, state: State, time_s: int) -> None:
+    """Let vehicles that wait outside into entry links that have room again."""
+    for link in range(layout.travel_s.shape[0]):
+        while state.outside_front[link] != NOBODY and _has_room(layout, state, link):
+            vehicle = state.outside_front[link]
+            state.outside_front[link] = state.behind[vehicle]
+            state.counters[OUTSIDE] -= 1
+            state.waited_s[vehicle] += time_s - state.joined_s[vehicle]
+            _enter_link(layout, trips, state, vehicle, link, time_s)
+
+
+@kernel
+def _has_room(layout: Layout, state: State, link: int) -> bool:
     return state.occupancy_veh[link] < layout.capacity_veh[link]
 
 
 @kernel
-def _enter_network(layout, trips, state, link, time_s):  # type: ignore[no-untyped-def]
-    """Move the first vehicle that waits outside onto its entry link."""
-    vehicle = state.outside_front[link]
-    state.outside_front[link] = state.behind[vehicle]
-    state.counters[OUTSIDE] -= 1
-    state.waited_s[vehicle] += time_s - state.joined_s[vehicle]
-    _enter_link(layout, trips, state, vehicle, link, time_s)
-
-
-@kernel
-def _enter_link(layout, trips, state, vehicle, link, time_s):  # type: ignore[no-untyped-def]
+def _enter_link(
+    layout: Layout, trips: Trips, state: State, vehicle: int, link: int, time_s: int
+) -> None:
     """Put a vehicle on a link; on one that takes no time it is at the end at once."""
     state.occupancy_veh[link] += 1
     travel_s = layout.travel_s[link]
@@ -137,7 +171,7 @@ def _enter_link(layout, trips, state, vehicle, link, time_s):  # type: ignore[no
 
 
 @kernel
-def _reach_link_ends(trips, state, time_s):  # type: ignore[no-untyped-def]
+def _reach_link_ends(trips: Trips, state: State, time_s: int) -> None:
     due = time_s % state.due_front.shape[0]
     vehicle = state.due_front[due]
     state.due_front[due] = NOBODY
@@ -148,7 +182,7 @@ def _reach_link_ends(trips, state, time_s):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _reach_link_end(trips, state, vehicle, time_s):  # type: ignore[no-untyped-def]
+def _reach_link_end(trips: Trips, state: State, vehicle: int, time_s: int) -> None:
     """Join the queue at the end of the link, or arrive if the link was the journey's last."""
     if state.visit[vehicle] == trips.slot_offset[vehicle + 1]:
         state.occupancy_veh[trips.exit_link[vehicle]] -= 1
@@ -159,45 +193,30 @@ def _reach_link_end(trips, state, vehicle, time_s):  # type: ignore[no-untyped-d
     orientations = state.queue_veh.shape[1]
     _append(state.front, state.back, state.behind, slot, vehicle)
     state.queue_veh[slot // orientations, slot % orientations] += 1
+    state.counters[WAITING] += 1
     state.joined_s[vehicle] = time_s
     state.counters[VISITS] += 1
 
 
 @kernel
-def _discharge(layout, trips, state, time_s, startup_lost_s):  # type: ignore[no-untyped-def]
-    """Let the first vehicles of every green queue go, as saturation flow and room allow."""
-    intersections, orientations = state.queue_veh.shape
-    for i in range(intersections):
-        served = layout.served[i]
-        for j in range(orientations):
-            slot = i * orientations + j
-            if layout.slot_link[slot] < 0:
-                break
-            green = layout.unsignalled[i, j] or may_go(
-                served, state.phase[i], state.previous_phase[i], state.clearance_left_s[i], j
-            )
-            if not green:
-                state.slot_green_s[slot] = 0
-                state.credit_veh[slot] = 0.0
-                continue
-            state.slot_green_s[slot] += 1
-            if state.slot_green_s[slot] <= startup_lost_s and not layout.unsignalled[i, j]:
-                continue
-            rate = layout.rate_veh_per_s[slot]
-            credit = state.credit_veh[slot] + rate
-            # 1e-9: a third of a vehicle three times is one vehicle.
-            while credit >= 1.0 - 1e-9 and state.queue_veh[i, j] > 0:
-                if not _let_go(layout, trips, state, i, j, slot, time_s):
-                    break
-                credit -= 1.0
-            # Unused flow is not saved up: an empty or blocked queue starts with at most one vehicle.
-            if state.queue_veh[i, j] == 0 or credit >= 1.0:
-                credit = min(credit, max(0.0, 1.0 - rate))
-            state.credit_veh[slot] = max(credit, 0.0)
+def _discharge(layout: Layout, trips: Trips, state: State, slot: int, time_s: int) -> None:
+    """Let the first vehicles of a green queue go, one headway after the other, while there is room.
+
+    A vehicle goes in this step if the headway behind the one before it ends within the step.
+    """
+    orientations = state.queue_veh.shape[1]
+    i, j = slot // orientations, slot % orientations
+    # 1e-9: three headways of a third of a second are one second.
+    while state.queue_veh[i, j] > 0 and state.ready_s[slot] < time_s + 1 - 1e-9:
+        if not _let_go(layout, trips, state, i, j, slot, time_s):
+            break
+        state.ready_s[slot] = max(state.ready_s[slot], float(time_s)) + layout.headway_s[slot]
 
 
 @kernel
-def _let_go(layout, trips, state, i, j, slot, time_s):  # type: ignore[no-untyped-def]
+def _let_go(
+    layout: Layout, trips: Trips, state: State, i: int, j: int, slot: int, time_s: int
+) -> bool:
     """Move the first vehicle of a queue to its next link; false if that link is full."""
     vehicle = state.front[slot]
     visit = state.visit[vehicle] + 1
@@ -209,31 +228,9 @@ def _let_go(layout, trips, state, i, j, slot, time_s):  # type: ignore[no-untype
         return False
     state.front[slot] = state.behind[vehicle]
     state.queue_veh[i, j] -= 1
+    state.counters[WAITING] -= 1
     state.occupancy_veh[layout.slot_link[slot]] -= 1
     state.waited_s[vehicle] += time_s - state.joined_s[vehicle]
     state.visit[vehicle] = visit
     _enter_link(layout, trips, state, vehicle, link, time_s)
     return True
-
-
-@kernel
-def _measure(state, time_s):  # type: ignore[no-untyped-def]
-    counters = state.counters
-    waiting = counters[OUTSIDE]
-    intersections, orientations = state.queue_veh.shape
-    for i in range(intersections):
-        for j in range(orientations):
-            waiting += state.queue_veh[i, j]
-            state.waiting_steps[i, j] += state.queue_veh[i, j]
-    counters[WAITING_STEPS] += waiting
-    state.arrived_at[time_s] = counters[ARRIVED]
-    state.queued_at[time_s] = waiting
-
-
-@kernel
-def _tick_signals(state):  # type: ignore[no-untyped-def]
-    for i in range(state.phase.shape[0]):
-        if state.clearance_left_s[i] > 0:
-            state.clearance_left_s[i] -= 1
-        else:
-            state.green_s[i] += 1

@@ -27,14 +27,15 @@ def build_layout(scenario: Scenario) -> Layout:
     served = np.zeros((len(intersections), phases, orientations), np.bool_)
     unsignalled = np.zeros((len(intersections), orientations), np.bool_)
     slot_link = np.full(size, -1, np.int32)
-    rate = np.zeros(size)
+    headway_s = np.ones(size)
     for i, item in enumerate(intersections):
         unsignalled[i, list(item.unsignalled)] = True
         for p, phase in enumerate(item.phases):
             served[i, p, list(phase | item.unsignalled)] = True
         for j, movement in enumerate(item.movements):
             slot_link[i * orientations + j] = network.link_index[movement.from_link]
-            rate[i * orientations + j] = movement.lanes * dynamics.saturation_flow_veh_per_s
+            flow = movement.lanes * dynamics.saturation_flow_veh_per_s
+            headway_s[i * orientations + j] = 1 / flow
     inner = {item.id for item in intersections}
     travel_s = np.array(
         [
@@ -54,7 +55,7 @@ def build_layout(scenario: Scenario) -> Layout:
         served=served,
         unsignalled=unsignalled,
         slot_link=slot_link,
-        rate_veh_per_s=rate,
+        headway_s=headway_s,
         travel_s=travel_s,
         capacity_veh=capacity,
     )

@@ -15,7 +15,7 @@ from dmil.simulation.queue import kernel
 from dmil.simulation.queue.layout import build_layout, build_trips
 from dmil.simulation.queue.state import (
     ARRIVED,
-    OVERRULED,
+    REFUSED,
     TIME,
     VISITS,
     WAITING_STEPS,
@@ -120,21 +120,22 @@ class QueueSimulator:
             visits=int(counters[VISITS]),
             arrived_wait_veh_s=int(state.waited_s[:spawned][done].sum()),
             travel_veh_s=int((end_s - trips.depart_s[:spawned]).sum()),
-            refused_changes=int(counters[OVERRULED]),
+            refused_changes=int(counters[REFUSED]),
             arrived_at=state.arrived_at[:time_s].copy(),
             queued_at=state.queued_at[:time_s].copy(),
         )
 
     def _observe(self) -> Observation:
         state = self._state
+        time_s = int(state.counters[TIME])
         counts = np.empty_like(state.queue_veh)
         kernel.approaching(self._trips, state, self.decision_interval_s, counts)
         return Observation(
             queue_veh=state.queue_veh.copy(),
             approaching_veh=counts,
             phase=state.phase.copy(),
-            phase_elapsed_s=state.green_s.copy(),
-            time_s=int(state.counters[TIME]),
+            phase_elapsed_s=np.maximum(time_s - state.green_from_s, 0),
+            time_s=time_s,
         )
 
     def _check(self, phases: npt.NDArray[np.integer]) -> None:

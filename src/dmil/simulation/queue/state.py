@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from dmil.simulation.timing import NEVER_S
+
 IntArray = npt.NDArray[np.int32]
 LongArray = npt.NDArray[np.int64]
 FloatArray = npt.NDArray[np.float64]
@@ -20,9 +22,9 @@ BoolArray = npt.NDArray[np.bool_]
 NOBODY = -1
 """End of a linked list of vehicles."""
 
-TIME, NEXT_VEHICLE, ARRIVED, WAITING_STEPS, VISITS, OUTSIDE, OVERRULED = range(7)
+TIME, NEXT_VEHICLE, ARRIVED, WAITING, WAITING_STEPS, VISITS, OUTSIDE, REFUSED = range(8)
 """Places of the scalars in ``State.counters``."""
-COUNTERS = 7
+COUNTERS = 8
 
 
 class Layout(NamedTuple):
@@ -36,8 +38,8 @@ class Layout(NamedTuple):
     unsignalled: (intersections, orientations) bool
     slot_link: (slots,) int32
         Link on which the queue of a slot stands; −1 where a slot is padding.
-    rate_veh_per_s: (slots,) float64
-        Saturation flow of all lanes of the movement together.
+    headway_s: (slots,) float64
+        Time between two vehicles at saturation flow, all lanes of the movement together.
     travel_s: (links,) int32
     capacity_veh: (links,) int32
         Most vehicles on a link, moving and queued; a huge number where storage is unlimited.
@@ -47,7 +49,7 @@ class Layout(NamedTuple):
     served: BoolArray
     unsignalled: BoolArray
     slot_link: IntArray
-    rate_veh_per_s: FloatArray
+    headway_s: FloatArray
     travel_s: IntArray
     capacity_veh: IntArray
 
@@ -77,22 +79,22 @@ class State(NamedTuple):
 
     Attributes
     ----------
-    counters: (7,) int64
-        Time in s, next vehicle to depart, vehicles arrived, vehicle-steps waited, intersection
-        visits begun, vehicles that wait outside for room, phase changes refused.
-    phase, previous_phase: (intersections,) int32
-        Phase shown and the one before it; −1 before the first decision.
-    green_s, clearance_left_s: (intersections,) int32
-        Time since the phase turned green; clearance time still to pass before it does.
+    counters: (8,) int64
+        Time in s, next vehicle to depart, vehicles arrived, vehicles waiting, vehicle-steps waited,
+        intersection visits begun, vehicles that wait outside for room, phase changes refused.
+    phase: (intersections,) int32
+        Phase shown; −1 before the first decision.
+    green_from_s: (intersections,) int32
+        When that phase turned green; in the future during a clearance.
+    go_from_s: (intersections, orientations) int32
+        From when on the vehicles of a movement go; `NEVER_S` for red.
     queue_veh: (intersections, orientations) int32
     front, back: (slots,) int32
         First and last vehicle of a queue.
     behind: (vehicles,) int32
         Next vehicle in the same list.
-    credit_veh: (slots,) float64
-        Fraction of a vehicle that the saturation flow has earned.
-    slot_green_s: (slots,) int32
-        Uninterrupted green of a slot, for the start-up lost time.
+    ready_s: (slots,) float64
+        When the headway behind the last vehicle that went is over.
     occupancy_veh: (links,) int32
     outside_front, outside_back: (links,) int32
         Vehicles that have departed and find no room on their entry link.
@@ -110,15 +112,13 @@ class State(NamedTuple):
 
     counters: LongArray
     phase: IntArray
-    previous_phase: IntArray
-    green_s: IntArray
-    clearance_left_s: IntArray
+    green_from_s: IntArray
+    go_from_s: IntArray
     queue_veh: IntArray
     front: IntArray
     back: IntArray
     behind: IntArray
-    credit_veh: FloatArray
-    slot_green_s: IntArray
+    ready_s: FloatArray
     occupancy_veh: IntArray
     outside_front: IntArray
     outside_back: IntArray
@@ -156,15 +156,13 @@ def initial_state(layout: Layout, trips: Trips, horizon_s: int) -> State:
     return State(
         counters=np.zeros(COUNTERS, np.int64),
         phase=np.full(intersections, -1, np.int32),
-        previous_phase=np.full(intersections, -1, np.int32),
-        green_s=zeros(intersections),
-        clearance_left_s=zeros(intersections),
+        green_from_s=zeros(intersections),
+        go_from_s=np.full((intersections, orientations), NEVER_S, np.int32),
         queue_veh=zeros(intersections, orientations),
         front=empty_lists(slots),
         back=empty_lists(slots),
         behind=empty_lists(vehicles),
-        credit_veh=np.zeros(slots),
-        slot_green_s=zeros(slots),
+        ready_s=np.zeros(slots),
         occupancy_veh=zeros(links),
         outside_front=empty_lists(links),
         outside_back=empty_lists(links),
