@@ -6,9 +6,10 @@ import math
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, TypeAdapter
 
-from dmil.demand.recorded import FileDemand
+from dmil.demand.recorded import FileDemand, in_order, link_indices
 from dmil.demand.routes import router
 from dmil.errors import DemandError
 from dmil.network import RoadNetwork
@@ -63,14 +64,17 @@ def read_cityflow_flow(
     """
     flows = read_json(path, _FILE, content="a CityFlow flow file", error=DemandError)
     depart_s: list[int] = []
-    routes: list[tuple[str, ...]] = []
+    routes: list[list[int]] = []
+    known: dict[tuple[str, ...], list[int]] = {}
     for index, flow in enumerate(flows):
         where = f"{path}: [{index}]"
-        route = _joined(flow.route, network, where)
+        if flow.route not in known:
+            route = _joined(flow.route, network, where)
+            known[flow.route] = link_indices(network, route, where=where)
         seconds = _departures_s(flow, horizon_s, where)
         depart_s.extend(seconds)
-        routes.extend([route] * len(seconds))
-    return FileDemand.from_routes(network, depart_s, routes, where=str(path))
+        routes.extend([known[flow.route]] * len(seconds))
+    return FileDemand(network, in_order(np.array(depart_s, dtype=np.float64), routes))
 
 
 def _departures_s(flow: Flow, horizon_s: int | None, where: str) -> list[int]:

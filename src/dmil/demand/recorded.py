@@ -78,7 +78,7 @@ class FileDemand:
             if key not in known:
                 known[key] = link_indices(network, key, where=f"{where}[{vehicle}]")
             chosen.append(known[key])
-        return cls(network, _in_order(np.ceil(np.asarray(depart_s, dtype=np.float64)), chosen))
+        return cls(network, in_order(np.ceil(np.asarray(depart_s, dtype=np.float64)), chosen))
 
     @property
     def last_departure_s(self) -> int:
@@ -167,8 +167,16 @@ def link_indices(network: RoadNetwork, route: Sequence[str], *, where: str) -> l
     )
 
 
-def _in_order(depart_s: FloatArray, routes: list[list[int]]) -> Vehicles:
-    """Sort vehicles by departure; those of one second stay in the order of the record."""
+def in_order(depart_s: FloatArray, routes: list[list[int]]) -> Vehicles:
+    """Sort vehicles by departure; those of one second stay in the order of the record.
+
+    Parameters
+    ----------
+    depart_s
+        (vehicles,) whole seconds.
+    routes
+        Link indices of every vehicle.
+    """
     order = np.argsort(depart_s, kind="stable")
     offset = np.zeros(len(routes) + 1, dtype=np.int32)
     np.cumsum([len(route) for route in routes], out=offset[1:])

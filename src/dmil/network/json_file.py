@@ -82,7 +82,7 @@ def first_problem(cause: ValidationError) -> tuple[str, str]:
     place = ""
     for part in first["loc"]:
         place += f"[{part}]" if isinstance(part, int) else f".{part}" if place else part
-    message = str(first["msg"]).removeprefix("Value error, ")
+    message = str(first["msg"]).removeprefix("Value error, ").replace("tuple", "list")
     problem = message[0].lower() + message[1:]
     if first["type"] == "missing":
         problem = "this field is missing"
@@ -90,8 +90,9 @@ def first_problem(cause: ValidationError) -> tuple[str, str]:
         problem = "there is no such field"
     elif isinstance(first["input"], str | int | float | bool | None):
         problem = f"{problem}, but it is {first['input']!r}"
-    others = len(errors) - 1
-    return place, f"{problem} (and {others} more like it)" if others else problem
+    if len(errors) > 1:
+        problem = f"{problem} (the first of {len(errors)} problems)"
+    return place, problem
 
 
 def _text(path: Path, content: str, error: type[InputError]) -> str:
