@@ -86,6 +86,14 @@ def test_the_side_is_that_of_the_last_piece_of_road(crossing, read):
     assert [m.from_link for m in node.movements[::2]] == ["N_in", "W_in", "E_in"]
 
 
+def test_a_road_without_length_takes_no_time_and_counts_as_eastern(crossing, read):
+    document, _ = crossing("NWS")
+    document["roads"][2]["points"] = [{"x": 0, "y": 0}] * 2
+    network = read(document)
+    assert network.links[2].free_flow_time_s == 0.0
+    assert network.intersections[0].movements[0].from_link == "W_in"
+
+
 def test_shared_lanes_count_in_parts(crossing, read):
     document, links = crossing()
     road_links = document["intersections"][0]["roadLinks"]
