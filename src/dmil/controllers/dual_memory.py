@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from functools import lru_cache
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from dmil.compilation import kernel
 from dmil.controllers.agents import agents_of, classes_of
 from dmil.controllers.choice import DRAWS, explores, uniform_action
 from dmil.controllers.meetings import Meetings
+from dmil.controllers.prior import Prior
 from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
 from dmil.controllers.sarsa import FIRST_CAPACITY, no_reward
 from dmil.controllers.settings import DualMemorySettings
@@ -35,8 +36,9 @@ from dmil.memory import (
     unpack_values,
     value_table_with_room,
 )
+from dmil.network import RoadNetwork
 from dmil.simulation import Observation
-from dmil.symmetry import Classes, embed, embedding
+from dmil.symmetry import Classes, Embedding, embed, embedding
 
 
 class DualMemoryController:
@@ -50,12 +52,12 @@ class DualMemoryController:
     settings
         See `DualMemorySettings`.
     prior
-        Exact Q-table whose best part the long-term memory starts from, its owners the shapes of
-        the network.
+        What the dummy agent of the training phase learned; the best part is the long-term memory
+        to start from.
     """
 
     def __init__(
-        self, settings: DualMemorySettings | None = None, *, prior: ValueTable | None = None
+        self, settings: DualMemorySettings | None = None, *, prior: Prior | None = None
     ) -> None:
         self.settings = settings or DualMemorySettings()
         self._embedding = embedding(self.settings.embedding)
@@ -72,7 +74,13 @@ class DualMemoryController:
         self._scratch = make_scratch(self._classes)
         count, places = len(network.intersections), self._classes.orientation_image.shape[2]
         if self._memory is None:
-            start = starting_bests(self._classes, self._prior, self.settings)
+            start = starting_bests(
+                network,
+                self._embedding,
+                self._prior,
+                self.settings.staged_ratio,
+                self.settings.significance,
+            )
             self._common = start.rows.size.copy()
             self._memory = self._with_rules(
                 self._empty_short(count), bests_of(start, self._agents.shape)
@@ -131,7 +139,9 @@ class DualMemoryController:
         """Return both memories as flat arrays."""
         parts = {"short": pack(self.memory.short), "long": pack(self.memory.long)}
         return {
-            f"{part}.{name}": array for part, arrays in parts.items() for name, array in arrays.items()
+            f"{part}.{name}": array
+            for part, arrays in parts.items()
+            for name, array in arrays.items()
         }
 
     def restore(self, arrays: Arrays) -> None:
@@ -186,21 +196,28 @@ class DualMemoryController:
             self._common[shape] = self.memory.long.rows.size[members[0]]
 
 
+@lru_cache(maxsize=16)
 def starting_bests(
-    classes: Classes, prior: ValueTable | None, settings: DualMemorySettings
+    network: RoadNetwork,
+    embedding: Embedding,
+    prior: Prior | None,
+    staged_ratio: float,
+    significance: float,
 ) -> BestTable:
-    """Return long-term memories with shapes as owners, filled from an exact Q-table (ours)."""
+    """Return long-term memories with shapes as owners, filled from an exact Q-table (ours).
+
+    The result is shared by all agents that start from the same prior: copy it, never change it.
+    """
+    classes = classes_of(network, embedding)
     shapes, _, places = classes.orientation_image.shape
-    most = 0 if prior is None else int(prior.rows.size.max())
-    table = make_best_table(shapes, FIRST_CAPACITY + most, places, classes.tolerance)
+    rows = 0 if prior is None else int(prior.table.rows.size.max())
+    table = make_best_table(shapes, FIRST_CAPACITY + rows, places, classes.tolerance)
     if prior is None:
         return table
-    table = best_table_with_room(table, most)
+    table = best_table_with_room(table, rows)
     scratch = make_scratch(classes)
     for shape in range(shapes):
-        import_best(
-            prior, table, classes, shape, settings.staged_ratio, settings.significance, scratch
-        )
+        import_best(prior.table, table, classes, shape, staged_ratio, significance, scratch)
     return table
 
 

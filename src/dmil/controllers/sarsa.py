@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from dmil.compilation import kernel
-from dmil.controllers.agents import Agents, agents_of, classes_of
+from dmil.controllers.agents import agents_of, classes_of
 from dmil.controllers.choice import DRAWS, explores, greedy_action, uniform_action
 from dmil.controllers.meetings import Meetings
+from dmil.controllers.prior import Prior
 from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
 from dmil.controllers.settings import SarsaSettings
 from dmil.memory import (
@@ -26,8 +29,9 @@ from dmil.memory import (
     values_of,
     write,
 )
+from dmil.network import RoadNetwork
 from dmil.simulation import Observation
-from dmil.symmetry import Classes, embed, embedding
+from dmil.symmetry import Classes, Embedding, embed, embedding
 
 FIRST_CAPACITY = 64
 
@@ -43,11 +47,11 @@ class SarsaController:
     settings
         See `SarsaSettings`.
     prior
-        Exact Q-table to start from, its owners the shapes of the network; see `prior`.
+        What the dummy agent of the training phase learned, to start from.
     """
 
     def __init__(
-        self, settings: SarsaSettings | None = None, *, prior: ValueTable | None = None
+        self, settings: SarsaSettings | None = None, *, prior: Prior | None = None
     ) -> None:
         self.settings = settings or SarsaSettings()
         self._embedding = embedding(self.settings.embedding)
@@ -67,9 +71,12 @@ class SarsaController:
             self._agents.shape if self.settings.shared else np.arange(count, dtype=np.int32)
         )
         if self._table is None:
-            start = starting_values(self._classes, self._prior)
+            start = starting_values(network, self._embedding, self._prior)
             self._common = start.rows.size.copy()
-            self._table = start if self.settings.shared else values_of(start, self._agents.shape)
+            self._table = values_of(
+                start,
+                np.arange(start.rows.size.size) if self.settings.shared else self._agents.shape,
+            )
         self._key, self._key_before = np.zeros((2, count, places), np.int32)
         self._action = np.full(count, ABSENT, np.int32)
 
@@ -146,18 +153,23 @@ class SarsaController:
         self._table = table
 
 
-def starting_values(classes: Classes, prior: ValueTable | None) -> ValueTable:
-    """Return tables with shapes as owners, filled from an exact Q-table if there is one (ours)."""
+@lru_cache(maxsize=16)
+def starting_values(network: RoadNetwork, embedding: Embedding, prior: Prior | None) -> ValueTable:
+    """Return tables with shapes as owners, filled from an exact Q-table if there is one (ours).
+
+    The result is shared by all agents that start from the same prior: copy it, never change it.
+    """
+    classes = classes_of(network, embedding)
     shapes, _, places = classes.orientation_image.shape
     actions = classes.phase_image.shape[2]
-    capacity = FIRST_CAPACITY + (0 if prior is None else int(prior.rows.size.max()))
-    table = make_value_table(shapes, capacity, places, actions, classes.tolerance)
+    rows = 0 if prior is None else int(prior.table.rows.size.max())
+    table = make_value_table(shapes, FIRST_CAPACITY + rows, places, actions, classes.tolerance)
     if prior is None:
         return table
-    table = value_table_with_room(table, int(prior.rows.size.max()))
+    table = value_table_with_room(table, rows)
     scratch = make_scratch(classes)
     for shape in range(shapes):
-        import_values(prior, table, classes, shape, scratch)
+        import_values(prior.table, table, classes, shape, scratch)
     return table
 
 
@@ -226,9 +238,7 @@ def decide_sarsa(
             equivalent = classes.phase_image[shape, variant, action[agent]]
             following = table.value[owner[agent], row, equivalent]
         last = action_before[agent]
-        row, variant = look_up(
-            table.rows, classes, owner[agent], shape, key_before[agent], scratch
-        )
+        row, variant = look_up(table.rows, classes, owner[agent], shape, key_before[agent], scratch)
         value = 0.0
         if row != ABSENT:
             value = table.value[owner[agent], row, classes.phase_image[shape, variant, last]]

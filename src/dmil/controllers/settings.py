@@ -48,7 +48,8 @@ class DualMemorySettings(LearnerSettings):
     )
     staged_ratio: float = Field(0.5, gt=0, le=1, description="κ: part of the rows staged [P].")
     staging: Literal["value", "visits"] = Field(
-        "value", description="Stage the rows with the highest Q (Algorithm 1) or most visits (text)."
+        "value",
+        description="Stage the rows with the highest Q (Algorithm 1) or most visits (text).",
     )
     stage_period: int = Field(
         0, ge=0, description="T_stage of the analysis: stage every so many decisions; 0: when full."

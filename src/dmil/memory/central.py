@@ -13,7 +13,6 @@ from dmil.compilation import allocating_kernel
 from dmil.memory.rows import ABSENT
 from dmil.memory.tables import (
     BestTable,
-
     IntArray,
     Scratch,
     ValueTable,
@@ -67,7 +66,9 @@ def average_values(
         for action in range(actions):
             voted = voters[row, action] > 0
             table.tried[first, row, action] = voted
-            table.value[first, row, action] = total[row, action] / voters[row, action] if voted else 0.0
+            table.value[first, row, action] = (
+                total[row, action] / voters[row, action] if voted else 0.0
+            )
     for member in members[1:]:
         copy_values(table, first, member)
 

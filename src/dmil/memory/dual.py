@@ -90,9 +90,7 @@ def remember(
 
 
 @kernel
-def stage(
-    memory: DualMemory, classes: Classes, owner: int, shape: int, scratch: Scratch
-) -> None:
+def stage(memory: DualMemory, classes: Classes, owner: int, shape: int, scratch: Scratch) -> None:
     """Move the best part of short-term memory to long-term memory and empty it (Algorithm 1)."""
     short = memory.short
     size = short.rows.size[owner]
@@ -198,6 +196,9 @@ def recalled_value(
         if memory.short.tried[owner, row, equivalent]:
             return memory.short.value[owner, row, equivalent]
     row, variant = look_up(memory.long.rows, classes, owner, shape, key, scratch)
-    if row != ABSENT and memory.long.action[owner, row] == classes.phase_image[shape, variant, action]:
+    if (
+        row != ABSENT
+        and memory.long.action[owner, row] == classes.phase_image[shape, variant, action]
+    ):
         return memory.long.value[owner, row]
     return 0.0

@@ -31,7 +31,9 @@ def bytes_used(rows: Rows, columns: Sequence[npt.NDArray[np.generic]]) -> int:
     columns
         What is stored with each row: (owners, capacity, …) arrays.
     """
-    row_bytes = sum(array.itemsize * int(np.prod(array.shape[2:])) for array in (rows.keys, *columns))
+    row_bytes = sum(
+        array.itemsize * int(np.prod(array.shape[2:])) for array in (rows.keys, *columns)
+    )
     stored = int(rows.size.sum())
     if rows.tolerance:
         index = int(rows.node_count.sum()) * rows.nodes.shape[2] * rows.nodes.itemsize
@@ -52,7 +54,10 @@ def pack(table: ValueTable | BestTable) -> dict[str, npt.NDArray[np.generic]]:
     """
     size = table.rows.size
     used = np.arange(table.rows.keys.shape[1]) < size[:, None]
-    arrays: dict[str, npt.NDArray[np.generic]] = {"size": size.copy(), "keys": table.rows.keys[used]}
+    arrays: dict[str, npt.NDArray[np.generic]] = {
+        "size": size.copy(),
+        "keys": table.rows.keys[used],
+    }
     for name, column in table._asdict().items():
         if name != "rows":
             arrays[name] = column[used]

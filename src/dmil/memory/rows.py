@@ -157,9 +157,7 @@ def find(
         return best_row, best_variant
     best_distance = rows.tolerance * rows.keys.shape[2] + 1
     for variant in range(count):
-        row, distance = _find_near(
-            rows, owner, variants[variant], best_row, best_distance, scratch
-        )
+        row, distance = _find_near(rows, owner, variants[variant], best_row, best_distance, scratch)
         if row != best_row:
             best_row, best_variant, best_distance = row, variant, distance
     return best_row, best_variant

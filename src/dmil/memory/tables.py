@@ -122,9 +122,7 @@ def bests_of(table: BestTable, owners: IntArray) -> BestTable:
     return BestTable(rows, action, value)
 
 
-def _for_owners(
-    array: npt.NDArray[Scalar], owners: IntArray, capacity: int
-) -> npt.NDArray[Scalar]:
+def _for_owners(array: npt.NDArray[Scalar], owners: IntArray, capacity: int) -> npt.NDArray[Scalar]:
     if capacity > array.shape[1]:
         array = _longer(array, capacity)
     return array[owners, :capacity]

@@ -57,7 +57,8 @@ def find_group(
     turns, phases = np.asarray(turn), np.asarray(served, np.bool_)
     sides = int(max(origins.max(), goals.max())) + 1
     place = {
-        key: j for j, key in enumerate(zip(origins.tolist(), goals.tolist(), turns.tolist(), strict=True))
+        key: j
+        for j, key in enumerate(zip(origins.tolist(), goals.tolist(), turns.tolist(), strict=True))
     }
     phase_place = {row.tobytes(): p for p, row in enumerate(phases)}
     identity = tuple(range(sides))
