@@ -13,6 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.compilation import allocating_kernel
+from dmil.errors import unknown_name
+from dmil.importing import import_object
 from dmil.network import RoadNetwork
 from dmil.simulation import Observation
 from dmil.simulation.pressure import movement_pressure
@@ -29,9 +31,7 @@ TOLERATED_VEH = 10.0
 class Reward(Protocol):
     """One number per intersection for what happened between two decisions."""
 
-    def __call__(
-        self, before: Observation, after: Observation, network: RoadNetwork
-    ) -> FloatArray:
+    def __call__(self, before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
         """Return the rewards.
 
         Parameters
@@ -83,6 +83,22 @@ REWARDS: dict[str, Reward] = {
     "pressure": pressure,
 }
 """The named rewards."""
+
+
+def make_reward(name: str) -> Reward:
+    """Return a reward by its name or by the import path ``package.module:function`` (ours).
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if ":" in name:
+        own: Reward = import_object(name, "reward")
+        return own
+    if name not in REWARDS:
+        raise unknown_name("reward", name, REWARDS)
+    return REWARDS[name]
 
 
 @lru_cache(maxsize=64)

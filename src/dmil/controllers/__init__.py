@@ -1,1 +1,23 @@
-"""Controllers."""
+"""Controllers: the protocol, the table of names, one file per controller."""
+
+from dmil.controllers.prior import Prior
+from dmil.controllers.protocol import (
+    NO_MEMORY,
+    Controller,
+    MemoryController,
+    MemoryUse,
+    Situation,
+)
+from dmil.controllers.registry import CONTROLLERS, make_controller, make_settings
+
+__all__ = [
+    "CONTROLLERS",
+    "NO_MEMORY",
+    "Controller",
+    "MemoryController",
+    "MemoryUse",
+    "Prior",
+    "Situation",
+    "make_controller",
+    "make_settings",
+]

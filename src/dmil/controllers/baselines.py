@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.controllers.protocol import FloatArray, IntArray, Situation
+from dmil.controllers.settings import FixedCycleSettings
 from dmil.network import Intersection, RoadNetwork
 from dmil.simulation import Observation
 from dmil.simulation.pressure import movement_pressure
@@ -32,13 +33,12 @@ class FixedCycleController:
 
     Parameters
     ----------
-    green_s
-        Green per phase in s; None takes it from the network's own program where there is one, else
-        one decision interval. Greens are rounded up to whole decision intervals.
+    settings
+        See `FixedCycleSettings`.
     """
 
-    def __init__(self, green_s: float | None = None) -> None:
-        self._green_s = green_s
+    def __init__(self, settings: FixedCycleSettings | None = None) -> None:
+        self.settings = settings or FixedCycleSettings()
 
     def begin(self, situation: Situation) -> None:
         """Lay out one cycle of every intersection in decision intervals."""
@@ -48,7 +48,7 @@ class FixedCycleController:
             planned_s = dict(item.program)
             cycle: list[int] = []
             for phase in covering_phases(item):
-                green_s = self._green_s or planned_s.get(phase, interval_s)
+                green_s = self.settings.green_s or planned_s.get(phase, interval_s)
                 cycle += [phase] * max(1, int(np.ceil(green_s / interval_s - 1e-9)))
             cycles.append(cycle)
         self._length = np.array([len(cycle) for cycle in cycles])

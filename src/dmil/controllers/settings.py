@@ -7,6 +7,20 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 
+class FixedCycleSettings(BaseModel):
+    """A fixed cycle."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    green_s: float | None = Field(
+        None,
+        gt=0,
+        allow_inf_nan=False,
+        description="Green per phase in s; by default the network's own program where it has one, "
+        "else one decision interval. Rounded up to whole decision intervals.",
+    )
+
+
 class LearnerSettings(BaseModel):
     """What all tabular learners share."""
 

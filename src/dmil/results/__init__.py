@@ -11,7 +11,7 @@ from dmil.results.schema import (
     Column,
     schema_markdown,
 )
-from dmil.results.writer import write_atomically, write_results
+from dmil.results.writer import write_results
 
 __all__ = [
     "RUNS",
@@ -24,7 +24,6 @@ __all__ = [
     "provenance",
     "read_manifest",
     "schema_markdown",
-    "write_atomically",
     "write_manifest",
     "write_results",
 ]

@@ -16,8 +16,8 @@ from typing import Any
 
 import dmil
 from dmil.errors import OutputError
+from dmil.files import write_atomically
 from dmil.results.schema import SCHEMA_VERSION
-from dmil.results.writer import write_atomically
 
 MANIFEST_FILE = "manifest.json"
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 import polars as pl
 
 from dmil.errors import OutputError
+from dmil.files import write_atomically
 from dmil.results.schema import RUN_KEY, RUNS, SERIES, SERIES_KEY, Column
 
 RUNS_FILE = "runs.parquet"
@@ -45,34 +43,6 @@ def write_results(folder: Path | str, runs: pl.DataFrame, series: pl.DataFrame) 
     )
     for path, table in tables:
         write_atomically(path, partial(_write_parquet, table))
-
-
-def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
-    """Let ``write`` fill a temporary file next to ``path``, then put it in place (ours).
-
-    Raises
-    ------
-    OutputError
-        The folder or file cannot be written.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(
-            prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent
-        )
-    except OSError as error:
-        raise _not_writable(path, error) from error
-    os.close(handle)
-    temporary = Path(name)
-    try:
-        write(temporary)
-        # mkstemp makes files for the owner only; results are to be shared like any other file.
-        temporary.chmod(0o666 & ~_umask())
-        temporary.replace(path)
-    except OSError as error:
-        raise _not_writable(path, error) from error
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def _write_parquet(table: pl.DataFrame, file: Path) -> None:
@@ -110,17 +80,3 @@ def _conform(
             expected=f"one row for each {', '.join(key)}",
         )
     return ordered
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
-
-
-def _not_writable(path: Path, error: OSError) -> OutputError:
-    return OutputError(
-        f"cannot be written ({error.strerror or error})",
-        where=str(path),
-        mend="choose another output folder or free the space",
-    )

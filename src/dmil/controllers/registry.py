@@ -1,0 +1,145 @@
+"""Controllers by name: one plain table, and import paths for those of users."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from dmil.controllers.baselines import (
+    FixedCycleController,
+    LongestQueueFirstController,
+    MaxPressureController,
+    RandomController,
+)
+from dmil.controllers.dual_memory import DualMemoryController
+from dmil.controllers.prior import Prior
+from dmil.controllers.protocol import Controller
+from dmil.controllers.sarsa import SarsaController
+from dmil.controllers.settings import DualMemorySettings, FixedCycleSettings, SarsaSettings
+from dmil.errors import InputError, unknown_name
+from dmil.importing import import_object
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A controller that has a name.
+
+    Attributes
+    ----------
+    make
+        Its class; takes the settings as first argument where it has some, and the keyword
+        ``prior`` where it learns.
+    settings
+        Class of its settings, None if it has none.
+    learns: bool
+        Whether it has a memory to train.
+    summary: str
+        One line for people.
+    """
+
+    make: Any
+    settings: type[BaseModel] | None
+    learns: bool
+    summary: str
+
+
+CONTROLLERS: dict[str, Entry] = {
+    "random": Entry(RandomController, None, False, "uniformly random phases"),
+    "fixed-cycle": Entry(
+        FixedCycleController, FixedCycleSettings, False, "the same phases in the same order"
+    ),
+    "longest-queue-first": Entry(
+        LongestQueueFirstController, None, False, "the phase with the most vehicles queued"
+    ),
+    "max-pressure": Entry(
+        MaxPressureController, None, False, "the phase with the highest pressure (Varaiya 2013)"
+    ),
+    "sarsa": Entry(
+        SarsaController, SarsaSettings, True, "the paper's non-memory agent, for any embedding"
+    ),
+    "dual-memory": Entry(
+        DualMemoryController, DualMemorySettings, True, "the paper's memory-based agent"
+    ),
+}
+"""The named controllers."""
+
+
+def make_controller(
+    name: str, options: Mapping[str, object] | None = None, *, prior: Prior | None = None
+) -> Controller:
+    """Make a controller from its name or import path and its options (ours).
+
+    Parameters
+    ----------
+    name
+        A name of `CONTROLLERS`, or ``package.module:Class`` for one of your own: it is called with
+        the options as keywords.
+    options
+        Values for the fields of the controller's settings.
+    prior
+        What a learner starts from; controllers that do not learn ignore it.
+
+    Raises
+    ------
+    InputError
+        If there is no such controller or an option is wrong.
+    """
+    options = dict(options or {})
+    if ":" in name:
+        return _own_controller(name, options)
+    if name not in CONTROLLERS:
+        raise unknown_name("controller", name, CONTROLLERS)
+    entry = CONTROLLERS[name]
+    if entry.settings is None:
+        if options:
+            raise InputError(
+                f"it has no option '{sorted(options)[0]}'",
+                where=f"controller '{name}'",
+                expected="no options",
+            )
+        made: Controller = entry.make()
+        return made
+    settings = make_settings(entry.settings, options, where=f"controller '{name}'")
+    made = entry.make(settings, prior=prior) if entry.learns else entry.make(settings)
+    return made
+
+
+def make_settings(kind: type[BaseModel], options: Mapping[str, object], *, where: str) -> BaseModel:
+    """Validate options into settings, with one clear error (ours).
+
+    Raises
+    ------
+    InputError
+        If an option does not exist or its value cannot be used.
+    """
+    known = set(kind.model_fields)
+    for option in options:
+        if option not in known:
+            raise unknown_name("option", option, known, where=where)
+    try:
+        return kind(**options)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise InputError(
+            f"{first['loc'][0]} = {first['input']!r}", where=where, expected=_expected(first["msg"])
+        ) from None
+
+
+def _expected(message: str) -> str:
+    for start in ("Input should be ", "Value error, "):
+        message = message.removeprefix(start)
+    return message
+
+
+def _own_controller(path: str, options: Mapping[str, object]) -> Controller:
+    made = import_object(path, "controller")(**options)
+    if not isinstance(made, Controller):
+        raise InputError(
+            f"{type(made).__name__} lacks the verbs of a controller",
+            where=f"controller '{path}'",
+            expected="methods begin(situation) and decide(observation, reward)",
+        )
+    return made

@@ -1,0 +1,38 @@
+"""Parts that a user brings: found by import path, never by registration."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+from dmil.errors import InputError
+
+
+def import_object(path: str, kind: str) -> Any:
+    """Import what ``package.module:name`` names (ours).
+
+    Parameters
+    ----------
+    path
+        Import path; the module must be importable from where Python was started.
+    kind
+        What it is meant to be, for the error.
+
+    Raises
+    ------
+    InputError
+        If there is no such module or no such name in it.
+    """
+    module, _, name = path.partition(":")
+    try:
+        return getattr(importlib.import_module(module), name)
+    except ImportError as error:
+        problem = f"module '{module}' cannot be imported ({error})"
+    except AttributeError:
+        problem = f"module '{module}' has no '{name}'"
+    raise InputError(
+        problem,
+        where=f"{kind} '{path}'",
+        expected="package.module:Name of something that can be imported",
+        mend="start from the folder that holds the module, or put it on PYTHONPATH",
+    )

@@ -1,0 +1,37 @@
+"""Runs that compare: every controller meets the same vehicles in the same seed."""
+
+from __future__ import annotations
+
+from dmil.controllers import Controller
+from dmil.demand import Vehicles
+from dmil.rewards import Reward
+from dmil.scenarios import Scenario
+from dmil.seeding import stream
+from dmil.simulation import Simulator
+from dmil.training.loop import Run, run
+
+
+def vehicles_of_seed(scenario: Scenario, seed: int) -> Vehicles:
+    """Return the vehicles of a test seed, the same for every controller (specification, §1)."""
+    return scenario.demand.vehicles(scenario.network, scenario.horizon_s, stream(seed, "demand"))
+
+
+def evaluate(
+    simulator: Simulator, controller: Controller, vehicles: Vehicles, reward: Reward, seed: int
+) -> Run:
+    """Run a controller in the testing phase of a seed (paper, §VI-B).
+
+    Parameters
+    ----------
+    simulator
+        Simulator of the scenario.
+    controller
+        The one to test; it learns on if its settings say so.
+    vehicles
+        See `vehicles_of_seed`.
+    reward
+        What a learner gets.
+    seed
+        Master seed; exploration has its own stream, the same for every controller.
+    """
+    return run(simulator, controller, vehicles, reward, stream(seed, "exploration"))

@@ -1,0 +1,87 @@
+"""The only loop: simulator, controller and reward, one decision after the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmil.controllers import NO_MEMORY, Controller, MemoryController, MemoryUse, Situation
+from dmil.demand import Vehicles
+from dmil.errors import InputError
+from dmil.rewards import Reward
+from dmil.simulation import Measures, Simulator
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """What happened in one run.
+
+    Attributes
+    ----------
+    measures: Measures
+        Counts at the end of the run.
+    time_s: tuple of int
+        Decision times, and the horizon as the last.
+    memory: tuple of MemoryUse
+        Memory in use at these times.
+    """
+
+    measures: Measures
+    time_s: tuple[int, ...]
+    memory: tuple[MemoryUse, ...]
+
+
+def run(
+    simulator: Simulator,
+    controller: Controller,
+    vehicles: Vehicles,
+    reward: Reward,
+    rng: np.random.Generator,
+) -> Run:
+    """Run a controller from an empty network to the horizon (Algorithm 4, all agents at once).
+
+    The last interval has no next choice, so nothing is learned from it: the horizon cuts a task
+    that goes on, it is no terminal state.
+
+    Parameters
+    ----------
+    simulator
+        Moves the network.
+    controller
+        Chooses the phases; it keeps what it learned before, and learns if its settings say so.
+    vehicles
+        All journeys, drawn before the run.
+    reward
+        What the controller gets for an interval.
+    rng
+        The controller's stream of chance.
+
+    Raises
+    ------
+    InputError
+        If the reward is not one finite number per intersection.
+    """
+    network = simulator.network
+    controller.begin(Situation(network, simulator.decision_interval_s, rng))
+    remembers = isinstance(controller, MemoryController)
+    observation = simulator.reset(vehicles)
+    last_reward = None
+    times_s, memory = [], []
+    while True:
+        phases = controller.decide(observation, last_reward)
+        times_s.append(observation.time_s)
+        memory.append(controller.memory_use() if remembers else NO_MEMORY)
+        following = simulator.advance(phases)
+        if following.time_s >= simulator.horizon_s:
+            break
+        last_reward = reward(observation, following, network)
+        if last_reward.shape != phases.shape or not np.isfinite(last_reward).all():
+            raise InputError(
+                f"the reward at {following.time_s} s has shape {last_reward.shape}"
+                f" and values {last_reward.ravel()[:3]}…",
+                where="reward",
+                expected=f"one finite number for each of the {phases.size} intersections",
+            )
+        observation = following
+    return Run(simulator.measures(), (*times_s, following.time_s), (*memory, memory[-1]))

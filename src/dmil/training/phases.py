@@ -1,0 +1,98 @@
+"""The paper's training phase, and training of a policy over several episodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from dmil.controllers import Controller, Prior
+from dmil.controllers.sarsa import SarsaController
+from dmil.controllers.settings import SarsaSettings
+from dmil.rewards import Reward
+from dmil.scenarios import Scenario
+from dmil.seeding import stream
+from dmil.simulation import QueueSimulator, Simulator
+from dmil.training.loop import Run, run
+
+DUMMY_EPSILON = 0.1
+"""ε_train of the dummy agent (paper, §VI)."""
+
+
+def train_prior(
+    scenario: Scenario,
+    reward: Reward,
+    seed: int,
+    *,
+    epsilon: float = DUMMY_EPSILON,
+    simulator: Simulator | None = None,
+) -> Prior:
+    """Train the dummy agent: exact SARSA, one table for all agents of a shape (paper, §VI-B).
+
+    Demand and exploration come from streams of the seed that no test uses.
+
+    Parameters
+    ----------
+    scenario
+        Where, and for how long (T_train is its horizon).
+    reward
+        The reward that the trained agents will get.
+    seed
+        Master seed of the study's run.
+    epsilon
+        Chance of a random action.
+    simulator
+        Simulator of the scenario, to reuse one.
+    """
+    simulator = simulator or QueueSimulator(scenario)
+    dummy = SarsaController(SarsaSettings(embedding="exact", epsilon=epsilon, shared=True))
+    vehicles = scenario.demand.vehicles(
+        scenario.network, simulator.horizon_s, stream(seed, "training", "demand")
+    )
+    run(simulator, dummy, vehicles, reward, stream(seed, "training", "exploration"))
+    return Prior(dummy.table)
+
+
+def train(
+    scenario: Scenario,
+    controller: Controller,
+    reward: Reward,
+    seed: int,
+    *,
+    episodes: range,
+    after_episode: Callable[[int, Run], None] | None = None,
+    simulator: Simulator | None = None,
+) -> list[Run]:
+    """Let a controller learn over some episodes, each with demand of its own (ours).
+
+    An episode's streams depend on the seed and its number alone, so training that goes on from a
+    saved policy draws what uninterrupted training would have drawn.
+
+    Parameters
+    ----------
+    scenario
+        Where.
+    controller
+        Keeps its memory from episode to episode.
+    reward
+        What it gets.
+    seed
+        Master seed.
+    episodes
+        Numbers of the episodes, such as ``range(10)``.
+    after_episode
+        Called with the number and the result of each finished episode.
+    simulator
+        Simulator of the scenario; the queue simulator by default.
+    """
+    simulator = simulator or QueueSimulator(scenario)
+    results = []
+    for episode in episodes:
+        vehicles = scenario.demand.vehicles(
+            scenario.network,
+            simulator.horizon_s,
+            stream(seed, "training", "episode", episode, "demand"),
+        )
+        exploration = stream(seed, "training", "episode", episode, "exploration")
+        results.append(run(simulator, controller, vehicles, reward, exploration))
+        if after_episode:
+            after_episode(episode, results[-1])
+    return results

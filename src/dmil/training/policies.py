@@ -1,0 +1,195 @@
+"""Trained policies as files: flat arrays and a JSON header, no pickle."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import dmil
+from dmil.controllers import MemoryController, Situation, make_controller
+from dmil.controllers.agents import agents_of
+from dmil.errors import InputError, PolicyError
+from dmil.files import write_atomically
+from dmil.network import RoadNetwork
+from dmil.seeding import stream
+
+FORMAT = "dmil-policy"
+FORMAT_VERSION = 1
+HEADER = "header"
+
+
+@dataclass(frozen=True)
+class Policy:
+    """What was learned, and all that is needed to use it again.
+
+    Attributes
+    ----------
+    controller: str
+        Name of the controller.
+    options: dict
+        Its settings.
+    reward: str
+        The reward it learned from.
+    shapes: list of str
+        Signature of the shape of each agent's intersection, in the network's order.
+    arrays: dict of arrays
+        What the controller's ``restore`` takes.
+    training: dict
+        Where and how long it was trained: scenario, seed, episodes.
+    """
+
+    controller: str
+    options: dict[str, Any]
+    reward: str
+    shapes: list[str]
+    arrays: dict[str, np.ndarray] = field(repr=False)
+    training: dict[str, Any]
+
+
+def policy_of(
+    controller: MemoryController,
+    network: RoadNetwork,
+    *,
+    name: str,
+    options: dict[str, Any],
+    reward: str,
+    training: dict[str, Any],
+) -> Policy:
+    """Take a trained controller's policy (ours).
+
+    Parameters
+    ----------
+    controller
+        After at least one run.
+    network
+        Where it was trained.
+    name, options, reward, training
+        See `Policy`.
+    """
+    return Policy(
+        controller=name,
+        options=options,
+        reward=reward,
+        shapes=shapes_of(network),
+        arrays={key: np.asarray(array) for key, array in controller.arrays().items()},
+        training=training,
+    )
+
+
+def save_policy(policy: Policy, path: Path) -> None:
+    """Write a policy; the same policy gives the same bytes (ours).
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    header = {
+        "format": FORMAT,
+        "version": FORMAT_VERSION,
+        "dmil": dmil.__version__,
+        "controller": policy.controller,
+        "options": policy.options,
+        "reward": policy.reward,
+        "shapes": policy.shapes,
+        "training": policy.training,
+    }
+    text = np.frombuffer(json.dumps(header, sort_keys=True).encode(), np.uint8)
+
+    def write(unfinished: Path) -> None:
+        with unfinished.open("wb") as file:
+            np.savez_compressed(file, allow_pickle=False, **{HEADER: text}, **policy.arrays)
+
+    write_atomically(path, write)
+
+
+def load_policy(path: Path) -> Policy:
+    """Read a policy.
+
+    Raises
+    ------
+    PolicyError
+        If the file is missing, damaged, no policy, or of another version of the format.
+    """
+    where = str(path)
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        header = json.loads(arrays.pop(HEADER).tobytes())
+    except FileNotFoundError:
+        raise PolicyError(
+            "there is no such file", where=where, mend="make one with: dmil train --out FILE"
+        ) from None
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        raise PolicyError(
+            "not a whole policy file", where=where, expected="a file that dmil train wrote"
+        ) from None
+    if not isinstance(header, dict) or header.get("format") != FORMAT:
+        raise PolicyError("no policy", where=where, expected="a file that dmil train wrote")
+    if header.get("version") != FORMAT_VERSION:
+        raise PolicyError(
+            f"version {header.get('version')} of the format, written by dmil {header.get('dmil')}",
+            where=where,
+            expected=f"version {FORMAT_VERSION}",
+            mend="train it again with this version of dmil",
+        )
+    return Policy(
+        **{key: header[key] for key in ("controller", "options", "reward", "shapes", "training")},
+        arrays=arrays,
+    )
+
+
+def controller_of(
+    policy: Policy, network: RoadNetwork, *, where: str, **changes: object
+) -> MemoryController:
+    """Make the controller of a policy, ready for runs on a network.
+
+    Parameters
+    ----------
+    policy
+        What was learned.
+    network
+        Where it shall act; its intersections must have the shapes of the policy's, in order.
+    where
+        File of the policy, for errors.
+    changes
+        Options to change, such as ``learning=False``.
+
+    Raises
+    ------
+    PolicyError
+        If the network does not fit.
+    """
+    shapes = shapes_of(network)
+    if len(shapes) != len(policy.shapes):
+        raise PolicyError(
+            f"a policy for {len(policy.shapes)} intersections",
+            where=where,
+            expected=f"one for the {len(shapes)} of '{network.name}'",
+            mend=f"it was trained on '{policy.training.get('scenario')}': use it there",
+        )
+    for i, (found, expected) in enumerate(zip(policy.shapes, shapes, strict=True)):
+        if found != expected:
+            raise PolicyError(
+                f"a policy for another shape at intersection '{network.intersections[i].id}'",
+                where=where,
+                expected="the same approaches, turns and phases as in training",
+                mend=f"it was trained on '{policy.training.get('scenario')}': use it there",
+            )
+    controller = make_controller(policy.controller, {**policy.options, **changes})
+    if not isinstance(controller, MemoryController):
+        raise InputError(f"controller '{policy.controller}' has no memory to restore", where=where)
+    # A run's own begin follows; this one only tells the controller what it controls.
+    controller.begin(Situation(network, 1, stream(0, "restore")))
+    controller.restore(policy.arrays)
+    return controller
+
+
+def shapes_of(network: RoadNetwork) -> list[str]:
+    agents = agents_of(network)
+    return [agents.signatures[shape] for shape in agents.shape]
