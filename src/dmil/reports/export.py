@@ -1,0 +1,96 @@
+"""Charts to files: interactive HTML, SVG, PNG and PDF, without a browser and offline."""
+
+from __future__ import annotations
+
+import json
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import altair as alt
+import vl_convert
+
+from dmil.errors import OutputError
+from dmil.files import write_atomically
+from dmil.reports.theme import config
+
+FORMATS = ("svg", "png", "pdf", "html")
+_PNG_SCALE = 3.0
+
+Specification = dict[str, Any]
+
+
+def specification(chart: alt.TopLevelMixin) -> Specification:
+    """Return the Vega-Lite specification of a chart with the house's look."""
+    built: Specification = chart.to_dict()
+    built["config"] = config()
+    return built
+
+
+def svg_of(spec: Specification) -> str:
+    """Draw a specification once; PNG and PDF are made from this."""
+    return str(vl_convert.vegalite_to_svg(spec, allowed_base_urls=[]))
+
+
+def picture(spec: Specification, format: str, svg: str | None = None) -> bytes:
+    """Return a chart in one of the formats svg, png, pdf, html.
+
+    Parameters
+    ----------
+    spec
+        Vega-Lite specification.
+    format
+        One of :data:`FORMATS`; html is interactive and holds all it needs.
+    svg
+        The drawing, if it is there already.
+    """
+    if format == "html":
+        page: str = vl_convert.vegalite_to_html(spec, bundle=True)
+        return page.encode()
+    svg = svg or svg_of(spec)
+    if format == "png":
+        return bytes(vl_convert.svg_to_png(svg, scale=_PNG_SCALE))
+    return bytes(vl_convert.svg_to_pdf(svg)) if format == "pdf" else svg.encode()
+
+
+def save_figure(chart: alt.TopLevelMixin | Specification, path: Path | str) -> Path:
+    """Save a chart in the format that the ending of the path names (ours).
+
+    Raises
+    ------
+    OutputError
+        The ending is none of svg, png, pdf, html, or the file cannot be written.
+    """
+    path = Path(path)
+    format = path.suffix.removeprefix(".").lower()
+    if format not in FORMATS:
+        raise OutputError(
+            f"cannot write a figure as '{path.suffix}'",
+            where=str(path),
+            expected=f"an ending of {', '.join('.' + name for name in FORMATS)}",
+        )
+    spec = chart if isinstance(chart, dict) else specification(chart)
+    write_atomically(path, partial(_write, picture(spec, format)))
+    return path
+
+
+def write_file(path: Path, content: str | bytes) -> None:
+    """Write a file whole or not at all."""
+    data = content.encode() if isinstance(content, str) else content
+    write_atomically(path, partial(_write, data))
+
+
+def embedded(spec: Specification) -> str:
+    """Return a specification as JSON that may stand inside a script element."""
+    return json.dumps(spec, separators=(",", ":"), ensure_ascii=False).replace("</", "<\\/")
+
+
+def script_bundle() -> str:
+    """Return Vega, Vega-Lite and Vega-Embed as one script."""
+    return str(vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;")).replace(
+        "</script", "<\\/script"
+    )
+
+
+def _write(data: bytes, file: Path) -> None:
+    file.write_bytes(data)

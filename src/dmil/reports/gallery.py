@@ -1,0 +1,204 @@
+"""All figures of one study, named, titled and explained."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import polars as pl
+
+from dmil.analysis import curves
+from dmil.analysis.cells import Cells
+from dmil.analysis.paper import EPSILON_NON_MEMORY, Architecture, intersections_of
+from dmil.controllers.settings import DualMemorySettings
+from dmil.reports import cell_charts, time_charts
+from dmil.reports.assumptions import find_value
+from dmil.reports.export import Specification, specification
+from dmil.reports.marks import Chart
+from dmil.reports.time_charts import MemorySettings
+from dmil.results import Results
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """One figure.
+
+    Parameters
+    ----------
+    name
+        Name of its files, without ending.
+    section
+        Part of the report it belongs to.
+    scenario
+        Scenario it shows, "" for all.
+    caption
+        What it shows and how to read it.
+    spec
+        Vega-Lite specification.
+    """
+
+    name: str
+    section: str
+    scenario: str
+    caption: str
+    spec: Specification
+
+
+@dataclass(frozen=True, slots=True)
+class Tables:
+    """The summary tables that figures and page are made from."""
+
+    summary: pl.DataFrame
+    paper: pl.DataFrame
+    sensitivity: pl.DataFrame
+    claims: pl.DataFrame
+
+
+def gallery(results: Results, cells: Cells, tables: Tables, preset: str) -> list[Figure]:
+    """Return the figures that the runs of a study allow (ours).
+
+    Parameters
+    ----------
+    results, cells, tables
+        The study, its cells and its tables.
+    preset
+        Preset that figures of one preset show.
+    """
+    drawn: list[tuple[str, str, str, str, Chart | None]] = [
+        (
+            "paper_against_ours",
+            "paper",
+            "",
+            "Waiting time per vehicle divided by the vehicles arrived at the horizon. Diamonds: "
+            "the paper's Table II. Dots: this run, with 95 % intervals. Grey lines: baselines of "
+            "this run, which the paper does not have.",
+            cell_charts.paper_against_ours(tables.paper, preset),
+        ),
+        (
+            "against_max_pressure",
+            "headline",
+            "",
+            "How much longer vehicles wait than under max-pressure, on the same demand. Left of "
+            "the line would be better than max-pressure.",
+            cell_charts.against_max_pressure(tables.summary, preset),
+        ),
+        (
+            "sensitivity",
+            "sensitivity",
+            "",
+            "The same agents under the presets of this study: what each fills in for the paper is "
+            "listed under assumptions.",
+            cell_charts.preset_sensitivity(tables.sensitivity),
+        ),
+    ]
+    for scenario in reversed(cells.scenarios):
+        drawn += _of_scenario(results, cells, tables, preset, scenario)
+    return [
+        Figure(name, section, scenario, caption, _described(chart, caption))
+        for name, section, scenario, caption, chart in drawn
+        if chart is not None
+    ]
+
+
+def _of_scenario(
+    results: Results, cells: Cells, tables: Tables, preset: str, scenario: str
+) -> list[tuple[str, str, str, str, Chart | None]]:
+    slug = "".join(letter if letter.isalnum() else "-" for letter in scenario)
+    arrived = curves(results, "arrived_veh", preset, scenario)
+    entries = curves(results, "entries", preset, scenario)
+    sizes = curves(results, "msize_per_agent", preset, scenario)
+    settings = _memory_settings(results, cells, entries, sizes, preset, scenario)
+    bounded = (
+        " Dotted: the most that each memory can hold after as many decisions, by the corrected "
+        "theory; a run must stay below."
+        if settings
+        else ""
+    )
+    return [
+        (
+            f"arrivals_by_reward_{slug}",
+            "arrivals",
+            scenario,
+            "Like the paper's Fig. 4, left. Mean over seeds and 95 % interval (band).",
+            time_charts.arrivals_by_reward(arrived, scenario),
+        ),
+        (
+            f"arrivals_by_architecture_{slug}",
+            "arrivals",
+            scenario,
+            "Like the paper's Fig. 4, right. Mean over seeds and 95 % interval (band).",
+            time_charts.arrivals_by_architecture(arrived, scenario),
+        ),
+        (
+            f"memory_entries_{slug}",
+            "memory",
+            scenario,
+            "Like the paper's Fig. 5: rows of SARSA's table, or rows of short- and long-term "
+            "memory together.",
+            time_charts.memory_entries(entries, scenario),
+        ),
+        (
+            f"memory_size_{slug}",
+            "memory",
+            scenario,
+            "The paper's size: 3 m_L + |A| m_s values for dual memory, |A| m_Q for SARSA."
+            + bounded,
+            time_charts.memory_size(sizes, scenario, settings),
+        ),
+        (
+            f"architectures_{slug}",
+            "architectures",
+            scenario,
+            "Every learning agent of the study. Grey lines: longest queue first and max-pressure "
+            "in the same run.",
+            cell_charts.all_architectures(tables.summary, preset, scenario),
+        ),
+    ]
+
+
+def _memory_settings(
+    results: Results,
+    cells: Cells,
+    entries: pl.DataFrame,
+    sizes: pl.DataFrame,
+    preset: str,
+    scenario: str,
+) -> MemorySettings | None:
+    """Find what the bounds need, where the runs tell it: actions and imported rows."""
+    if intersections_of(scenario) is None:
+        return None  # intersections may differ in their actions
+    table = Architecture("sarsa", "exact", False, EPSILON_NON_MEMORY)
+    reward = "entropy" if "entropy" in cells.rewards else next(iter(cells.rewards), "")
+    if cells.find(preset, scenario, reward, table) is None:
+        return None
+    is_table = (
+        (pl.col("controller") == "sarsa")
+        & (pl.col("embedding") == "exact")
+        & ~pl.col("communication")
+        & (pl.col("reward") == reward)
+        & (pl.col("epsilon") == EPSILON_NON_MEMORY)
+    )
+    rows = entries.filter(is_table).sort("time_s")["mean"]
+    size = sizes.filter(is_table).sort("time_s")["mean"]
+    if rows.is_empty() or rows.null_count() or size.null_count() or not rows[-1]:
+        return None
+    configuration = results.manifest.get("configuration", {})
+
+    def setting(name: str) -> Any:
+        return find_value(configuration, name, DualMemorySettings.model_fields[name].default)
+
+    period = int(setting("stage_period"))
+    return MemorySettings(
+        actions=round(size[-1] / rows[-1]),
+        staged_ratio=float(setting("staged_ratio")),
+        stage_period=period or int(setting("short_capacity")),
+        rule="period" if period else "full",
+        imported=math.ceil(rows[0]),
+    )
+
+
+def _described(chart: Chart, caption: str) -> Specification:
+    spec = specification(chart)
+    spec["description"] = caption
+    return spec

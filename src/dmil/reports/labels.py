@@ -1,0 +1,67 @@
+"""Names as a reader should see them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from dmil.analysis.paper import PAPER_COLUMNS, architecture_of
+
+_CONTROLLERS = {
+    "sarsa": "SARSA",
+    "dual-memory": "Dual memory",
+    "longest-queue-first": "longest queue first",
+    "fixed-cycle": "fixed cycle",
+}
+
+
+def controller_label(controller: str) -> str:
+    """Return "SARSA" for "sarsa" and so on."""
+    return _CONTROLLERS.get(controller, controller)
+
+
+def architecture_label(row: dict[str, Any]) -> str:
+    """Return "SARSA exact, ε .6" or "Dual memory complex + comm., ε .4" for a cell."""
+    name = controller_label(row["controller"])
+    if row["embedding"] is None:
+        return name
+    shared = " + comm." if row["communication"] else ""
+    epsilon = f"{row['epsilon']:g}".replace("0.", ".", 1)
+    return f"{name} {row['embedding']}{shared}, ε {epsilon}"
+
+
+def family(row: dict[str, Any]) -> str:
+    """Return the family of a cell, which gives it its colour."""
+    if row["controller"] == "sarsa":
+        return "SARSA on exact states" if row["embedding"] == "exact" else "SARSA on classes"
+    return controller_label(row["controller"])
+
+
+def paper_column(row: dict[str, Any]) -> str | None:
+    """Return which column of the paper's table a cell stands for under its preset."""
+    for column in PAPER_COLUMNS:
+        a = architecture_of(column, row["preset"])
+        if (a.controller, a.embedding, a.communication, a.epsilon) == (
+            row["controller"],
+            row["embedding"],
+            row["communication"],
+            row["epsilon"],
+        ):
+            return column
+    return None
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """Return a number with a true minus sign, "–" if there is none."""
+    return "–" if value is None else f"{value:.{digits}f}".replace("-", "−")
+
+
+def interval(low: float | None, high: float | None, digits: int = 3) -> str:
+    """Return "[low, high]", nothing if there is no interval."""
+    if low is None or high is None:
+        return ""
+    return f"[{number(low, digits)}, {number(high, digits)}]"
+
+
+def signed(value: float | None, digits: int = 1) -> str:
+    """Return a percentage with its sign, "–" if there is none."""
+    return "–" if value is None else f"{value:+.{digits}f}".replace("-", "−")

@@ -1,0 +1,160 @@
+"""The parts that the figures are put together from: lines with bands, dots with bars, panels."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import altair as alt
+import polars as pl
+
+from dmil.reports.theme import COLOURS, ONE_COLUMN, colours
+
+Chart = alt.TopLevelMixin
+
+WAIT_TITLE = "W/Vc (s per vehicle)"
+RULES = ("longest queue first", "max-pressure")
+_RULE_DASH = {"longest queue first": [1, 0], "max-pressure": [5, 3]}
+
+
+def values(data: pl.DataFrame) -> alt.InlineData:
+    """Return rows with five significant digits: the page has to carry them."""
+    floats = [name for name, dtype in data.schema.items() if dtype.is_float()]
+    rounded = data.with_columns(pl.col(name).round_sig_figs(5) for name in floats)
+    rows = [
+        {name: value for name, value in row.items() if value is not None}
+        for row in rounded.iter_rows(named=True)
+    ]
+    return alt.InlineData(values=rows)
+
+
+def heading(title: str, subtitle: str) -> alt.TitleParams:
+    """Return a title with a line of what is shown below it."""
+    return alt.TitleParams(title, subtitle=subtitle)
+
+
+def lines(
+    data: pl.DataFrame,
+    order: list[str],
+    palette: dict[str, str],
+    dashes: dict[str, list[int]],
+    y_title: str,
+    title: alt.TitleParams,
+) -> Chart:
+    """Draw lines with interval bands over time.
+
+    Parameters
+    ----------
+    data
+        Columns ``line``, ``time_s``, ``mean``, ``low``, ``high``.
+    order
+        Names of lines in the order of the legend; those without data are left out.
+    palette, dashes
+        Colour and dash of each name.
+    y_title
+        Title of the vertical axis, with its unit.
+    title
+        Title of the figure.
+    """
+    present = set(data["line"].to_list())
+    names = [name for name in order if name in present]
+    legend = alt.Legend(
+        title=None,
+        orient="bottom",
+        columns=2,
+        symbolType="stroke",
+        symbolOpacity=1,
+        symbolSize=240,
+        symbolStrokeWidth=2,
+    )
+    colour = alt.Color(
+        "line:N", scale=alt.Scale(domain=names, range=colours(names, palette)), legend=legend
+    )
+    dash_range = [dashes.get(name, [1, 0]) for name in names]
+    base = alt.Chart(values(data)).encode(
+        x=alt.X("time_s:Q", title="time (s)", axis=alt.Axis(grid=False, tickCount=6))
+    )
+    band = base.mark_area(opacity=0.2).encode(
+        y=alt.Y("low:Q", title=y_title), y2="high:Q", color=colour
+    )
+    line = base.mark_line(strokeWidth=1.8).encode(
+        y=alt.Y("mean:Q", title=y_title),
+        color=colour,
+        strokeDash=alt.StrokeDash(
+            "line:N", scale=alt.Scale(domain=names, range=dash_range), legend=legend
+        ),
+        tooltip=[
+            alt.Tooltip("line:N", title="run"),
+            alt.Tooltip("time_s:Q", title="time (s)"),
+            *_interval_tooltip(".4~g"),
+        ],
+    )
+    return alt.layer(band, line, width=ONE_COLUMN, height=190, title=title)
+
+
+def reference_rules() -> alt.Chart:
+    """Draw the baselines as vertical lines; the data has ``rule`` and ``rule_at``."""
+    rule: alt.Chart = (
+        alt.Chart()
+        .transform_filter("isValid(datum.rule)")
+        .mark_rule(strokeWidth=1.3)
+        .encode(
+            x=alt.X("rule_at:Q", title=WAIT_TITLE),
+            strokeDash=alt.StrokeDash(
+                "rule:N",
+                scale=alt.Scale(domain=list(RULES), range=[_RULE_DASH[name] for name in RULES]),
+                legend=alt.Legend(title=None, orient="bottom", symbolType="stroke", symbolSize=240),
+            ),
+            color=alt.value(COLOURS["max-pressure"]),
+            tooltip=[
+                alt.Tooltip("rule:N", title="baseline"),
+                alt.Tooltip("rule_at:Q", title="W/Vc", format=".3f"),
+            ],
+        )
+    )
+    return rule
+
+
+def dots(
+    y: alt.Y,
+    colour: alt.Color,
+    x_title: str = WAIT_TITLE,
+    offset: alt.YOffset | None = None,
+    format: str = ".3f",
+) -> list[alt.Chart]:
+    """Draw means as dots on their interval; the data has ``mean``, ``low``, ``high``, ``n``."""
+    placed: dict[str, Any] = {"y": y, "color": colour}
+    if offset is not None:
+        placed["yOffset"] = offset
+    base = alt.Chart().transform_filter("isValid(datum.mean)")
+    bar = base.mark_rule(strokeWidth=1.6).encode(
+        x=alt.X("low:Q", title=x_title), x2="high:Q", **placed
+    )
+    dot = base.mark_point(filled=True, size=34, opacity=1).encode(
+        x=alt.X("mean:Q", title=x_title),
+        tooltip=[
+            alt.Tooltip(f"{y.shorthand}", title="run"),
+            *_interval_tooltip(format),
+            alt.Tooltip("n:Q", title="seeds"),
+        ],
+        **placed,
+    )
+    return [bar, dot]
+
+
+def panels_across(field: str, order: list[str]) -> alt.Column:
+    """Put the panels side by side, each under its name."""
+    return alt.Column(f"{field}:N", sort=order, header=alt.Header(title=None))
+
+
+def panels_down(field: str, order: list[str]) -> alt.Row:
+    """Put the panels below each other, each right of its name."""
+    header = alt.Header(title=None, labelAngle=0, labelAlign="left", labelPadding=8)
+    return alt.Row(f"{field}:N", sort=order, header=header)
+
+
+def _interval_tooltip(format: str) -> list[alt.Tooltip]:
+    return [
+        alt.Tooltip("mean:Q", title="mean", format=format),
+        alt.Tooltip("low:Q", title="95 % from", format=format),
+        alt.Tooltip("high:Q", title="to", format=format),
+    ]

@@ -1,0 +1,208 @@
+"""The report: one page that works offline, with figures and tables as files beside it."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import polars as pl
+
+import dmil
+from dmil.analysis import cells_of, claims, paper_table, sensitivity, summary
+from dmil.analysis.cells import PRESET_ORDER, Cells
+from dmil.analysis.paper import PAPER_COLUMNS, SOURCE, scenario_label
+from dmil.errors import unknown_name
+from dmil.reports.assumptions import assumptions, configuration_rows
+from dmil.reports.export import embedded, picture, script_bundle, svg_of, write_file
+from dmil.reports.files import csv, evidence_csv, paper_table_latex
+from dmil.reports.gallery import Figure, Tables, gallery
+from dmil.reports.labels import architecture_label, controller_label, interval, number, signed
+from dmil.results import Results
+from dmil.theory import STATEMENTS
+
+REPORT_FILE = "report.html"
+BESIDE = ("longest-queue-first", "max-pressure", "fixed-cycle", "random")
+#: Fewer seeds than this and the intervals are too narrow to rely on.
+FEW_SEEDS = 8
+
+
+def write_report(folder: Path | str, *, preset: str | None = None, pictures: bool = True) -> Path:
+    """Write ``report.html``, ``figures/`` and ``tables/`` into a folder of results (ours).
+
+    Everything is computed before the first file is written, each file appears whole, and the page
+    comes last.
+
+    Parameters
+    ----------
+    folder
+        Folder of results; the report goes into it.
+    preset
+        Preset that headline and figures show; default: the last of literal, decaying, matched
+        that was run.
+    pictures
+        Whether to write the figures as SVG, PNG and PDF files too.
+
+    Returns
+    -------
+    Path of the page.
+
+    Raises
+    ------
+    OutputError
+        The folder is not one of results or cannot be written.
+    InputError
+        No run succeeded.
+    UnknownNameError
+        The preset was not run.
+    """
+    folder = Path(folder)
+    with Results(folder) as results:
+        cells = cells_of(results)
+        shown = preset or _main_preset(cells)
+        if shown not in cells.presets:
+            raise unknown_name("preset in this study", shown, cells.presets)
+        tables = Tables(summary(cells), paper_table(cells), sensitivity(cells), claims(cells))
+        figures = gallery(results, cells, tables, shown)
+        files = _table_files(tables, cells)
+        if pictures:
+            files |= _picture_files(figures)
+        page = _page(results, cells, tables, figures, shown)
+    for name, content in files.items():
+        write_file(folder / name, content)
+    write_file(folder / REPORT_FILE, page)
+    return folder / REPORT_FILE
+
+
+def _main_preset(cells: Cells) -> str:
+    known = [name for name in PRESET_ORDER if name in cells.presets]
+    return known[-1] if known else cells.presets[0]
+
+
+def _table_files(tables: Tables, cells: Cells) -> dict[str, str | bytes]:
+    files: dict[str, str | bytes] = {
+        "tables/summary.csv": csv(tables.summary),
+        "tables/paper_table.csv": csv(tables.paper),
+        "tables/sensitivity.csv": csv(tables.sensitivity),
+        "tables/claims.csv": csv(tables.claims),
+        "tables/claims_evidence.csv": evidence_csv(tables.claims),
+    }
+    for preset in cells.presets:
+        files[f"tables/paper_table_{preset}.tex"] = paper_table_latex(tables.paper, preset)
+    return files
+
+
+def _picture_files(figures: list[Figure]) -> dict[str, str | bytes]:
+    files: dict[str, str | bytes] = {}
+    for figure in figures:
+        svg = svg_of(figure.spec)
+        for format in ("svg", "png", "pdf"):
+            files[f"figures/{figure.name}.{format}"] = picture(figure.spec, format, svg)
+    return files
+
+
+def _page(
+    results: Results, cells: Cells, tables: Tables, figures: list[Figure], preset: str
+) -> str:
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters |= {
+        "number": number,
+        "signed": signed,
+        "scenario": scenario_label,
+        "controller": controller_label,
+    }
+    environment.globals["interval"] = interval
+    text = (resources.files("dmil.reports") / "templates" / "report.html.j2").read_text("utf-8")
+    configuration = results.manifest.get("configuration", {})
+    return environment.from_string(text).render(
+        manifest=results.manifest,
+        version=dmil.__version__,
+        preset=preset,
+        presets=cells.presets,
+        scenarios=cells.scenarios,
+        seeds=cells.seeds,
+        few_seeds=FEW_SEEDS,
+        counts=results.query(
+            "select count(*) runs, count(*) filter (status = 'ok') ok,"
+            " any_value(status) filter (status <> 'ok') failure,"
+            " min(horizon_s) shortest_s, max(horizon_s) longest_s from runs"
+        ).row(0, named=True),
+        paper_source=SOURCE,
+        paper_columns=PAPER_COLUMNS,
+        baselines=[name for name in BESIDE if name in tables.summary["controller"]],
+        paper_tables={name: _paper_rows(tables.paper, name) for name in cells.presets},
+        best=_best(tables.summary, preset),
+        claims=_claim_rows(tables.claims, preset),
+        statements=STATEMENTS,
+        sensitivity=_sensitivity_rows(tables.sensitivity, cells.presets),
+        architectures=_architecture_rows(tables.summary, preset),
+        assumptions=assumptions(configuration),
+        configuration=configuration_rows(configuration),
+        figures=figures,
+        specs=[(figure.name, embedded(figure.spec)) for figure in figures],
+        bundle=script_bundle(),
+    )
+
+
+def _paper_rows(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
+    """One row per grid and reward, with the entry of every column; baselines once per grid."""
+    rows: list[dict[str, Any]] = []
+    chosen = table.filter(pl.col("preset") == preset)
+    for scenario in chosen["scenario"].unique(maintain_order=True):
+        of_grid = chosen.filter(pl.col("scenario") == scenario)
+        baselines = {
+            row["column"]: row
+            for row in of_grid.filter(pl.col("reward").is_null()).iter_rows(named=True)
+        }
+        rewards = of_grid["reward"].drop_nulls().unique(maintain_order=True).to_list()
+        for index, reward in enumerate(rewards):
+            entries = {
+                row["column"]: row
+                for row in of_grid.filter(pl.col("reward") == reward).iter_rows(named=True)
+            }
+            first = {"span": len(rewards), "baselines": baselines} if index == 0 else None
+            rows.append(
+                {"scenario": scenario, "reward": reward, "entries": entries, "first": first}
+            )
+    return rows
+
+
+def _best(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
+    """Find the learning agent that waits least on each grid, beside the baselines."""
+    rows = []
+    chosen = table.filter(pl.col("preset") == preset)
+    for scenario in chosen["scenario"].unique(maintain_order=True):
+        learned = chosen.filter((pl.col("scenario") == scenario) & pl.col("reward").is_not_null())
+        if learned.is_empty():
+            continue
+        row = learned.sort("w_over_vc_mean").row(0, named=True)
+        rows.append({**row, "label": architecture_label(row)})
+    return rows
+
+
+def _claim_rows(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
+    """Claims of the shown preset, each with its verdict under every preset."""
+    verdicts: dict[str, dict[str, dict[str, Any]]] = {}
+    for row in table.iter_rows(named=True):
+        verdicts.setdefault(row["id"], {})[row["preset"]] = row
+    return [{**by[preset], "by_preset": by} for by in verdicts.values()]
+
+
+def _sensitivity_rows(table: pl.DataFrame, presets: list[str]) -> list[dict[str, Any]]:
+    if len(presets) < 2:
+        return []
+    rows: dict[tuple[str, ...], dict[str, Any]] = {}
+    for row in table.iter_rows(named=True):
+        key = (row["scenario"], row["reward"], row["column"])
+        rows.setdefault(key, {"key": key, "presets": {}})["presets"][row["preset"]] = row
+    return list(rows.values())
+
+
+def _architecture_rows(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
+    return [
+        {**row, "label": architecture_label(row)}
+        for row in table.filter(pl.col("preset") == preset).iter_rows(named=True)
+    ]
