@@ -60,7 +60,8 @@ class FixedCycleController:
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Look up the phase for this time."""
         step = (observation.time_s // self._interval_s) % self._length
-        return self._cycle[np.arange(step.size), step]
+        phases: IntArray = self._cycle[np.arange(step.size), step]
+        return phases
 
 
 class LongestQueueFirstController:
@@ -107,9 +108,13 @@ def covering_phases(intersection: Intersection) -> list[int]:
 
 
 def signalled(network: RoadNetwork) -> npt.NDArray[np.float64]:
-    """Return 1 where a phase serves a movement that needs it: (intersections, phases, orientations).
+    """Return where a phase serves a movement that needs one (ours).
 
-    Phases that an intersection does not have are NaN, so that they are never the best.
+    Returns
+    -------
+    served: (intersections, phases, orientations) float64
+        1 where it does, else 0; NaN for phases that an intersection does not have, so that they
+        are never the best.
     """
     intersections = network.intersections
     phases = max(len(item.phases) for item in intersections)
@@ -137,7 +142,7 @@ def best_phase(
     """
     totals = np.matmul(served, merit[:, :, None].astype(np.float64))[:, :, 0]
     totals = np.where(np.isnan(totals), -np.inf, totals)
-    best = totals.argmax(axis=1).astype(np.int32)
-    every = np.arange(best.size)
-    kept = (shown >= 0) & (totals[every, shown] >= totals[every, best])
-    return np.where(kept, shown, best).astype(np.int32)
+    # Pressures are sums of thirds and the like: equal ones may differ in the last bit.
+    best = totals >= totals.max(axis=1, keepdims=True) - 1e-9
+    kept = (shown >= 0) & best[np.arange(shown.size), shown]
+    return np.where(kept, shown, best.argmax(axis=1)).astype(np.int32)
