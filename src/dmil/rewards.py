@@ -48,7 +48,7 @@ class Reward(Protocol):
 
 
 def default(before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
-    """Sum over the orientations of 1 if its growth is at most α, −1 if at least α+θ (paper, Eq. 1)."""
+    """Return the orientations that grew by at most α minus those by at least α+θ (paper, §III)."""
     return _default(before.queue_veh, after.queue_veh, _orientations(network))
 
 
@@ -67,12 +67,17 @@ def entropy(before: Observation, after: Observation, network: RoadNetwork) -> Fl
 
 def queue(before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
     """Return minus the vehicles queued (ours)."""
-    return -after.queue_veh.sum(axis=1, dtype=np.float64)
+    reward: FloatArray = -after.queue_veh.sum(axis=1, dtype=np.float64)
+    return reward
 
 
 def pressure(before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
-    """Return minus the absolute pressure of the intersection (PressLight, Wei et al. 2019)."""
-    return -np.abs(movement_pressure(after.queue_veh, network).sum(axis=1))
+    """Return minus the absolute pressure of the intersection (after PressLight, Wei et al. 2019).
+
+    PressLight divides the counts by what a lane can hold; here they are vehicles.
+    """
+    reward: FloatArray = -np.abs(movement_pressure(after.queue_veh, network).sum(axis=1))
+    return reward
 
 
 REWARDS: dict[str, Reward] = {

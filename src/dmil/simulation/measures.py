@@ -19,7 +19,7 @@ class Measures:
     spawned_veh, arrived_veh: int
         Vehicles that departed, and of these those at their destination (V_c).
     wait_veh_s: int
-        Vehicle-seconds queued, vehicles still waiting included.
+        Vehicle-seconds queued or waiting outside for room, vehicles still waiting included.
     visits: int
         Times that a vehicle joined a queue.
     arrived_wait_veh_s: int
@@ -30,7 +30,7 @@ class Measures:
     refused_changes: int
         Phase changes that the signal timing rules refused.
     arrived_at, queued_at: (time_s,) int32
-        V_c and vehicles waiting after each second.
+        V_c and vehicles waiting, outside included, after each second.
     """
 
     time_s: int

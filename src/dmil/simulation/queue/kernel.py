@@ -35,7 +35,9 @@ def advance(
     """Show the requested phases and run the network for some steps of 1 s (specification, §2).
 
     Each step: departures, vehicles that reach the end of their link, discharge, measurements; a
-    vehicle may arrive and leave in the same step.
+    vehicle may arrive and leave in the same step. Queues discharge in the order of their slots:
+    with finite storage the first of several queues that lead to one link gets its last place, and
+    a place that a queue frees can be taken by a later one in the same step.
 
     Parameters
     ----------
@@ -110,9 +112,7 @@ def approaching(trips: Trips, state: State, within_s: int, counts: IntArray) -> 
 
 
 @kernel
-def _append(
-    front: IntArray, back: IntArray, behind: IntArray, place: int, vehicle: int
-) -> None:
+def _append(front: IntArray, back: IntArray, behind: IntArray, place: int, vehicle: int) -> None:
     """Put a vehicle at the end of the linked list that starts at ``front[place]``."""
     behind[vehicle] = NOBODY
     if front[place] == NOBODY:
@@ -153,7 +153,7 @@ def _enter_where_room(layout: Layout, trips: Trips, state: State, time_s: int) -
 
 @kernel
 def _has_room(layout: Layout, state: State, link: int) -> bool:
-    return state.occupancy_veh[link] < layout.capacity_veh[link]
+    return bool(state.occupancy_veh[link] < layout.capacity_veh[link])
 
 
 @kernel

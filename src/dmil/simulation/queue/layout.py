@@ -85,13 +85,16 @@ def build_trips(network: RoadNetwork, layout: Layout, vehicles: Vehicles) -> Tri
     count = vehicles.depart_s.size
     last = np.zeros(route.size, np.bool_)
     last[offset[1:] - 1] = True
-    wanted = route[:-1][~last[:-1]] * links + route[1:][~last[:-1]]
+    before = np.flatnonzero(~last[:-1])
+    wanted = route[before] * links + route[before + 1]
     place = np.minimum(np.searchsorted(keys, wanted), keys.size - 1)
     if wrong := np.flatnonzero(keys[place] != wanted).tolist():
         first, second = divmod(int(wanted[wrong[0]]), links)
+        vehicle = int(np.searchsorted(offset, before[wrong[0]], side="right")) - 1
         raise DemandError(
-            f"a route goes from link '{network.links[first].id}' to '{network.links[second].id}',"
-            " which no movement joins",
+            f"its route goes from link '{network.links[first].id}' to"
+            f" '{network.links[second].id}', which no movement joins",
+            where=f"vehicle {vehicle}",
             expected="routes along the movements of the network",
             mend="check that network and demand belong together",
         )

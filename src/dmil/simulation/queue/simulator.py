@@ -19,6 +19,7 @@ from dmil.simulation.queue.state import (
     TIME,
     VISITS,
     WAITING_STEPS,
+    IntArray,
     State,
     Trips,
     initial_state,
@@ -39,7 +40,7 @@ class QueueSimulator:
         self._layout = build_layout(scenario)
         self._vehicles: Vehicles | None = None
         self._trips: Trips
-        self._state: State
+        self._state: State | None = None
 
     @property
     def network(self) -> RoadNetwork:
@@ -58,7 +59,15 @@ class QueueSimulator:
 
     @property
     def state(self) -> State:
-        """The arrays of the run under way, for inspection."""
+        """The arrays of the run under way, for inspection.
+
+        Raises
+        ------
+        InputError
+            If there has been no reset yet.
+        """
+        if self._state is None:
+            raise InputError("no run has begun", where=self._scenario.name, mend="call reset first")
         return self._state
 
     def reset(self, vehicles: Vehicles) -> Observation:
@@ -85,18 +94,22 @@ class QueueSimulator:
         Raises
         ------
         InputError
-            If a phase does not exist at its intersection, or the run is over.
+            If there is not one existing phase per intersection, or no run is under way.
         """
-        left_s = self.horizon_s - int(self._state.counters[TIME])
+        left_s = self.horizon_s - int(self.state.counters[TIME])
         if left_s <= 0:
-            raise InputError(f"the run is over: its horizon is {self.horizon_s} s", mend="call reset")
-        self._check(phases)
+            raise InputError(
+                f"the run is over: its horizon is {self.horizon_s} s",
+                where=self._scenario.name,
+                mend="call reset",
+            )
+        requested = self._checked(phases)
         timing = self._scenario.timing
         kernel.advance(
             self._layout,
             self._trips,
-            self._state,
-            phases,
+            self.state,
+            requested,
             min(timing.decision_interval_s, left_s),
             timing.min_green_s,
             timing.clearance_s,
@@ -106,7 +119,7 @@ class QueueSimulator:
 
     def measures(self) -> Measures:
         """Return what has been measured since the last reset."""
-        state, trips = self._state, self._trips
+        state, trips = self.state, self._trips
         counters = state.counters
         time_s = int(counters[TIME])
         spawned = int(np.searchsorted(trips.depart_s, time_s))
@@ -126,7 +139,7 @@ class QueueSimulator:
         )
 
     def _observe(self) -> Observation:
-        state = self._state
+        state = self.state
         time_s = int(state.counters[TIME])
         counts = np.empty_like(state.queue_veh)
         kernel.approaching(self._trips, state, self.decision_interval_s, counts)
@@ -138,12 +151,14 @@ class QueueSimulator:
             time_s=time_s,
         )
 
-    def _check(self, phases: npt.NDArray[np.integer]) -> None:
+    def _checked(self, phases: npt.NDArray[np.integer]) -> IntArray:
         counts = self._layout.phase_count
-        if phases.shape != counts.shape:
+        phases = np.asarray(phases)
+        if phases.shape != counts.shape or phases.dtype.kind not in "iu":
             raise InputError(
-                f"the controller chose phases of shape {phases.shape}",
-                expected=f"one phase for each of the {counts.size} intersections",
+                f"the controller chose phases of shape {phases.shape} and type {phases.dtype}",
+                where=self._scenario.name,
+                expected=f"one whole number for each of the {counts.size} intersections",
             )
         wrong = (phases < 0) | (phases >= counts)
         if wrong.any():
@@ -153,3 +168,4 @@ class QueueSimulator:
                 where=f"intersection '{self.network.intersections[i].id}'",
                 expected=f"a phase from 0 to {counts[i] - 1}",
             )
+        return np.ascontiguousarray(phases, np.int32)
