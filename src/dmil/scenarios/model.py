@@ -41,8 +41,8 @@ class SignalTiming(Settings):
     clearance_s: int = Field(
         default=0,
         ge=0,
-        description="Seconds of yellow and all-red after a change of phase; less than the decision "
-        "interval (paper: none).",
+        description="Seconds of yellow and all-red after a change of phase; movements that are "
+        "green in both phases go on. Less than the decision interval (paper: none).",
     )
     min_green_s: int = Field(
         default=0, ge=0, description="Least seconds of green before a phase may end (paper: none)."
