@@ -1,0 +1,139 @@
+"""Run one block of a study: train the dummies, then every architecture on the same vehicles."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+from dmil.controllers import Controller, MemoryUse, Prior, make_controller
+from dmil.rewards import make_reward
+from dmil.scenarios import Scenario, scenario
+from dmil.simulation import Measures, QueueSimulator
+from dmil.studies.plan import Architecture, Block, architectures, training_s
+from dmil.studies.settings import PRESETS, PaperStudySettings
+from dmil.training import Run, evaluate, train_prior, vehicles_of_seed
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class BlockResult:
+    """Rows for the two tables of results.
+
+    Attributes
+    ----------
+    block: Block
+    runs, series: lists of rows
+        See `dmil.results.schema`.
+    """
+
+    block: Block
+    runs: list[Row]
+    series: list[Row]
+
+
+def run_block(settings: PaperStudySettings, block: Block) -> BlockResult:
+    """Run all architectures of a block; a run that fails becomes a row that says so (ours)."""
+    test, simulator, training, training_simulator = _scenarios(
+        block.scenario, settings.load, settings.horizon_s, training_s(settings, block.preset)
+    )
+    vehicles = vehicles_of_seed(test, block.seed)
+    priors = {
+        reward: train_prior(
+            training,
+            make_reward(reward),
+            block.seed,
+            epsilon=settings.training_epsilon,
+            simulator=training_simulator,
+        )
+        for reward in settings.rewards
+    }
+    runs, series = [], []
+    for architecture in architectures(settings):
+        reward = architecture.reward or settings.rewards[0]
+        learns = architecture.reward is not None
+        identity = _identity(block, architecture)
+        row = identity | {
+            "study": "paper",
+            "horizon_s": settings.horizon_s,
+            "training_s": training.horizon_s if learns else None,
+        }
+        try:
+            controller = _controller(settings, block.preset, architecture, priors[reward])
+            result = evaluate(simulator, controller, vehicles, make_reward(reward), block.seed)
+        except Exception as error:
+            runs.append(row | {"status": f"{type(error).__name__}: {error}"})
+            continue
+        runs.append(row | measures_row(result.measures, result.memory[-1]) | {"status": "ok"})
+        series += [identity | each for each in series_rows(result)]
+    return BlockResult(block, runs, series)
+
+
+def measures_row(measures: Measures, memory: MemoryUse) -> Row:
+    """Return a run's totals as columns of the table of runs (specification, §3)."""
+    return {
+        "spawned_veh": measures.spawned_veh,
+        "arrived_veh": measures.arrived_veh,
+        "wait_veh_s": measures.wait_veh_s,
+        "wait_per_spawned_s": measures.wait_per_spawned_s,
+        "w_over_vc": measures.w_over_vc,
+        "wait_per_visit_s": measures.wait_per_visit_s,
+        "wait_per_arrived_s": measures.wait_per_arrived_s,
+        "mean_queue_veh": measures.mean_queue_veh,
+        "travel_time_s": measures.travel_time_s,
+        "throughput_veh_per_h": measures.throughput_veh_per_h,
+        "entries_per_agent": memory.entries,
+        "entries_total": memory.entries_total,
+        "bytes_total": memory.bytes_total,
+        "msize_per_agent": memory.msize,
+    }
+
+
+def series_rows(result: Run) -> list[Row]:
+    """Return a run's course as rows of the series: at every decision, and at the horizon (ours)."""
+    measures = result.measures
+    arrived = [0, *measures.arrived_at.tolist()]
+    queued = [0, *measures.queued_at.tolist()]
+    return [
+        {
+            "time_s": time_s,
+            "arrived_veh": arrived[time_s],
+            "queue_veh": queued[time_s],
+            "short_term_entries": memory.short_term_entries,
+            "long_term_entries": memory.long_term_entries,
+            "table_entries": memory.table_entries,
+            "bytes_total": memory.bytes_total,
+            "msize_per_agent": memory.msize,
+        }
+        for time_s, memory in zip(result.time_s, result.memory, strict=True)
+    ]
+
+
+def _identity(block: Block, architecture: Architecture) -> Row:
+    return asdict(block) | asdict(architecture)
+
+
+def _controller(
+    settings: PaperStudySettings, preset: str, architecture: Architecture, prior: Prior
+) -> Controller:
+    if architecture.reward is None:
+        return make_controller(architecture.controller)
+    base = settings.sarsa if architecture.controller == "sarsa" else settings.dual_memory
+    options = base.model_dump() | {
+        "embedding": architecture.embedding,
+        "communication": architecture.communication,
+        "epsilon": architecture.epsilon,
+        "epsilon_decay": PRESETS[preset].epsilon_decay,
+    }
+    return make_controller(architecture.controller, options, prior=prior)
+
+
+# Blocks of one grid share network and simulators: what is derived from a network is kept with it.
+@lru_cache(maxsize=8)
+def _scenarios(
+    name: str, load: float, test_s: int, training_s: int
+) -> tuple[Scenario, QueueSimulator, Scenario, QueueSimulator]:
+    test = scenario(name, horizon_s=test_s, load=load)
+    training = replace(test, horizon_s=training_s)
+    return test, QueueSimulator(test), training, QueueSimulator(training)

@@ -1,0 +1,156 @@
+"""Where runs happen: processes of this machine, or Ray. The same items give the same results."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from typing import Protocol, TypeVar
+
+from dmil.errors import DmilError, InputError, MissingExtraError, unknown_name
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+class Executor(Protocol):
+    """Applies a function to many items, in any order."""
+
+    def map(self, function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Result]:
+        """Yield results as they come; closing the iterator drops what has not begun."""
+
+
+class LocalExecutor:
+    """Processes of this machine.
+
+    Parameters
+    ----------
+    jobs
+        How many; 1 runs everything in this process. None: one per core that is ours.
+    """
+
+    def __init__(self, jobs: int | None = None) -> None:
+        if jobs is not None and jobs < 1:
+            raise InputError(f"{jobs} jobs", where="jobs", expected="at least 1")
+        self.jobs = jobs or available_cores()
+
+    def map(self, function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Result]:
+        """Yield results as they come."""
+        if self.jobs == 1 or len(items) < 2:
+            yield from map(function, items)
+            return
+        # A server that imports once and forks workers: quick, and free of this process's threads.
+        context = multiprocessing.get_context("forkserver")
+        context.set_forkserver_preload([function_module(function)])
+        pool = ProcessPoolExecutor(
+            min(self.jobs, len(items)), mp_context=context, initializer=_ignore_interrupts
+        )
+        try:
+            futures = [pool.submit(function, item) for item in items]
+            for future in as_completed(futures):
+                yield future.result()
+        except BrokenProcessPool:
+            raise DmilError(
+                "a worker process was killed, perhaps for want of memory; "
+                "finished runs are kept: the same command continues, --jobs 1 needs least memory"
+            ) from None
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+class RayExecutor:
+    """Tasks on Ray.
+
+    Parameters
+    ----------
+    address
+        A cluster's address; None starts Ray on this machine and stops it afterwards.
+    jobs
+        Cores for a Ray started here.
+    """
+
+    def __init__(self, address: str | None = None, jobs: int | None = None) -> None:
+        self._address, self._jobs = address, jobs
+
+    def map(self, function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Result]:
+        """Yield results as they come."""
+        try:
+            import ray
+        except ImportError:
+            raise MissingExtraError("ray") from None
+        try:
+            ray.init(
+                address=self._address or "local",
+                num_cpus=None if self._address else self._jobs or available_cores(),
+                include_dashboard=False if not self._address else None,
+                log_to_driver=False,
+                logging_level="error",
+            )
+        except (ConnectionError, ValueError, RuntimeError) as error:
+            raise InputError(
+                f"no Ray cluster answers ({error})",
+                where=f"ray address '{self._address}'",
+                expected="the address of a running cluster, or none to start Ray here",
+            ) from None
+        try:
+            shared = ray.put(function)
+            task = ray.remote(_apply)
+            waiting = [task.remote(shared, item) for item in items]
+            while waiting:
+                done, waiting = ray.wait(waiting)
+                yield from ray.get(done)
+        finally:
+            ray.shutdown()
+
+
+EXECUTORS = {"local": "processes of this machine", "ray": "tasks on Ray (extra 'ray')"}
+"""The named executors, each with one line for people."""
+
+
+def make_executor(name: str, *, jobs: int | None = None, address: str | None = None) -> Executor:
+    """Make an executor from its name (ours).
+
+    Parameters
+    ----------
+    name
+        A name of `EXECUTORS`.
+    jobs
+        Parallel processes; by default one per core.
+    address
+        Address of a Ray cluster.
+
+    Raises
+    ------
+    InputError
+        If there is no such executor, or an option does not fit it.
+    """
+    if name not in EXECUTORS:
+        raise unknown_name("executor", name, EXECUTORS)
+    if name == "ray":
+        return RayExecutor(address, jobs)
+    if address is not None:
+        raise InputError("an address without Ray", where="ray address", mend="add: --executor ray")
+    return LocalExecutor(jobs)
+
+
+def available_cores() -> int:
+    """Return the cores that this process may use (ours)."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def function_module(function: Callable[..., object]) -> str:
+    """Return the module of a function or of the function inside a partial (ours)."""
+    inner = getattr(function, "func", function)
+    return str(inner.__module__)
+
+
+def _apply(function: Callable[[Item], Result], item: Item) -> Result:
+    return function(item)
+
+
+def _ignore_interrupts() -> None:
+    # Ctrl-C reaches every process of the terminal; only the first one shall act on it.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

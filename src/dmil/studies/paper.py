@@ -1,0 +1,84 @@
+"""Run the paper's study: plan, compile, run in parallel, keep, finish."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import dmil
+from dmil.studies.block import run_block
+from dmil.studies.executors import Executor, LocalExecutor
+from dmil.studies.plan import blocks
+from dmil.studies.settings import PRESETS, PaperStudySettings
+from dmil.studies.store import StudyStore
+
+Progress = Callable[[int, int], None]
+
+
+def run_paper_study(
+    settings: PaperStudySettings,
+    folder: Path,
+    *,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> None:
+    """Run the paper's study into a folder; a folder that holds part of it is continued (§7).
+
+    The results are the same bytes whatever the executor and however often the study was
+    interrupted. If it is interrupted, finished blocks are kept.
+
+    Parameters
+    ----------
+    settings
+        What to run.
+    folder
+        Where to; made if missing.
+    executor
+        Where runs happen; processes of this machine by default.
+    progress
+        Called with the finished blocks and all blocks, first with those kept from before.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be used.
+    """
+    started, clock = datetime.now(UTC), time.perf_counter()
+    plan = blocks(settings)
+    with StudyStore(folder, study_identity(settings)) as store:
+        if store.complete:
+            if progress:
+                progress(len(plan), len(plan))
+            return
+        finished = store.finished()
+        todo = [block for block in plan if block not in finished]
+        done = len(plan) - len(todo)
+        if progress:
+            progress(done, len(plan))
+        results = (executor or LocalExecutor()).map(partial(run_block, settings), todo)
+        for result in results:
+            store.keep(result)
+            done += 1
+            if progress:
+                progress(done, len(plan))
+        store.finish(
+            {
+                "study": "paper",
+                "configuration": study_identity(settings)["configuration"],
+                "started": started.isoformat(timespec="seconds"),
+                "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+                "wall_s": round(time.perf_counter() - clock, 3),
+                "blocks_kept_from_before": len(finished),
+            }
+        )
+
+
+def study_identity(settings: PaperStudySettings) -> dict[str, Any]:
+    """Return what makes two studies the same: configuration and version of the program (ours)."""
+    configuration = settings.model_dump(mode="json")
+    configuration["presets"] = {name: PRESETS[name].model_dump() for name in settings.presets}
+    return {"study": "paper", "dmil": dmil.__version__, "configuration": configuration}

@@ -1,0 +1,95 @@
+"""What the paper's study is: every number of it, with where it comes from.
+
+Marks in the descriptions: [P] stated by the paper, [A] assumed because it is the only reading tried
+that gives the paper's magnitudes, [F] fitted to the paper's table.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from dmil.controllers.settings import DualMemorySettings, SarsaSettings
+from dmil.errors import InputError
+
+PresetName = Literal["literal", "decaying", "matched"]
+
+
+class Preset(BaseModel):
+    """One reading of what the paper leaves open."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    epsilon_decay: float = Field(
+        1.0, gt=0, le=1, description="Factor on ε after every decision of the test [F below 1]."
+    )
+    training_factor: int = Field(
+        1, ge=1, description="T_train / T_sim, length of the training phase [P 1, F above]."
+    )
+    no_memory_embedding: str = Field(
+        "exact", description="Classes of the agent that the table calls 'No Memory' [F simple]."
+    )
+
+
+PRESETS: dict[str, Preset] = {
+    "literal": Preset(),
+    "decaying": Preset(epsilon_decay=0.95),
+    "matched": Preset(epsilon_decay=0.95, training_factor=10, no_memory_embedding="simple"),
+}
+"""The paper taken literally, with an ε that decays, and as its magnitudes are best met."""
+
+
+class PaperStudySettings(BaseModel):
+    """The study of the paper (§VI; specification, §7)."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    presets: tuple[PresetName, ...] = Field(
+        ("literal", "decaying", "matched"), min_length=1, description="Readings to run."
+    )
+    grids: tuple[str, ...] = Field(
+        ("1x1", "3x3", "5x5"), min_length=1, description="Grids, ROWSxCOLUMNS [P]."
+    )
+    seeds: int = Field(30, ge=1, description="Runs per cell; seeds 0, 1, … [P 30].")
+    first_seed: int = Field(0, ge=0, description="First of the seeds.")
+    horizon_s: int = Field(300, ge=20, description="T_sim, length of a run in s [A].")
+    load: float = Field(
+        1.0, gt=0, allow_inf_nan=False, description="Factor on the paper's arrival rates."
+    )
+    rewards: tuple[str, ...] = Field(
+        ("default", "diffusion", "entropy"), min_length=1, description="Rewards [P]."
+    )
+    training_epsilon: float = Field(0.1, ge=0, le=1, description="ε_train of the dummy agent [P].")
+    equal_epsilon: bool = Field(
+        True, description="Also run SARSA with the memory-based agents' ε: all at equal ε."
+    )
+    sarsa: SarsaSettings = Field(
+        SarsaSettings(), description="Non-memory agent; the study sets embedding, communication."
+    )
+    dual_memory: DualMemorySettings = Field(
+        DualMemorySettings(), description="Memory-based agent; likewise."
+    )
+
+    @field_validator("presets", "grids", "rewards")
+    @classmethod
+    def _distinct(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        if len(set(names)) < len(names):
+            raise ValueError("names must differ from each other")
+        return names
+
+
+def check_horizon(settings: PaperStudySettings, decision_interval_s: int) -> None:
+    """Check that a run has at least two decisions, so that something can be learned (ours).
+
+    Raises
+    ------
+    InputError
+        If it has not.
+    """
+    if settings.horizon_s < 2 * decision_interval_s:
+        raise InputError(
+            f"a run of {settings.horizon_s} s",
+            where="horizon_s",
+            expected=f"at least two decision intervals of {decision_interval_s} s",
+        )

@@ -1,0 +1,189 @@
+"""The folder of a study: finished blocks are kept as they come, so that a second start continues."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import time
+from dataclasses import asdict, fields
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+from dmil.errors import OutputError
+from dmil.files import write_atomically
+from dmil.results import RUNS_SCHEMA, SERIES_SCHEMA, write_manifest, write_results
+from dmil.studies.block import BlockResult
+from dmil.studies.plan import Block
+
+IDENTITY_FILE = "study.json"
+PARTS_FOLDER = "parts"
+MANIFEST_FILE = "manifest.json"
+LOCK_FILE = "in-use"
+FLUSH_AFTER_S = 5.0
+"""Longest time that a finished block stays in memory only."""
+
+
+class StudyStore:
+    """One study in one folder; use it as a context manager.
+
+    Parameters
+    ----------
+    folder
+        Where; made if missing.
+    identity
+        What the study is, as JSON: a folder with another one is refused.
+
+    Raises
+    ------
+    OutputError
+        If the folder is a file, cannot be written, holds something else, or is in use.
+    """
+
+    def __init__(self, folder: Path, identity: dict[str, Any]) -> None:
+        self.folder = folder
+        self._identity = identity
+        self._parts = folder / PARTS_FOLDER
+        self._waiting: list[BlockResult] = []
+        self._flushed_at = time.monotonic()
+
+    def __enter__(self) -> StudyStore:
+        self._check()
+        try:
+            self._parts.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError(
+                f"cannot be made ({error.strerror})",
+                where=str(self.folder),
+                mend="choose another --out",
+            ) from None
+        self._lock()
+        self._write_json(IDENTITY_FILE, self._identity)
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.flush()
+        (self.folder / LOCK_FILE).unlink(missing_ok=True)
+
+    @property
+    def complete(self) -> bool:
+        """Whether the study is finished."""
+        return (self.folder / MANIFEST_FILE).is_file()
+
+    def finished(self) -> set[Block]:
+        """Return the blocks that are kept already."""
+        columns = [field.name for field in fields(Block)]
+        found: set[Block] = set()
+        for path in self._part_files("runs"):
+            rows = pl.read_parquet(path, columns=columns).unique()
+            found |= {Block(**row) for row in rows.iter_rows(named=True)}
+        return found
+
+    def keep(self, result: BlockResult) -> None:
+        """Keep a finished block; it is on disk within some seconds."""
+        self._waiting.append(result)
+        if time.monotonic() - self._flushed_at > FLUSH_AFTER_S:
+            self.flush()
+
+    def flush(self) -> None:
+        """Write the blocks that are only in memory."""
+        self._flushed_at = time.monotonic()
+        if not self._waiting:
+            return
+        blocks = json.dumps([asdict(result.block) for result in self._waiting])
+        name = hashlib.blake2b(blocks.encode(), digest_size=8).hexdigest()
+        runs = [row for result in self._waiting for row in result.runs]
+        series = [row for result in self._waiting for row in result.series]
+        # The runs last: a block counts as finished only when both files are there.
+        self._write_part(f"series-{name}", pl.DataFrame(series, schema=SERIES_SCHEMA))
+        self._write_part(f"runs-{name}", pl.DataFrame(runs, schema=RUNS_SCHEMA))
+        self._waiting = []
+
+    def finish(self, manifest: dict[str, Any]) -> None:
+        """Join all parts into the tables of results and write the manifest."""
+        self.flush()
+        runs = pl.concat([pl.read_parquet(path) for path in self._part_files("runs")])
+        names = [path.name.replace("runs-", "series-") for path in self._part_files("runs")]
+        series = pl.concat([pl.read_parquet(self._parts / name) for name in names])
+        write_results(self.folder, runs, series)
+        write_manifest(self.folder, manifest)
+        shutil.rmtree(self._parts)
+
+    def _check(self) -> None:
+        if self.folder.exists() and not self.folder.is_dir():
+            raise OutputError(
+                "it is a file", where=str(self.folder), expected="a folder for the study"
+            )
+        if not self.folder.is_dir() or not any(self.folder.iterdir()):
+            return
+        path = self.folder / IDENTITY_FILE
+        try:
+            found = json.loads(path.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise OutputError(
+                "it holds other files",
+                where=str(self.folder),
+                expected="an empty folder, or one that holds this study",
+                mend="choose another --out",
+            ) from None
+        except (OSError, ValueError) as error:
+            raise OutputError(
+                f"cannot be read ({error})", where=str(path), mend="choose another --out"
+            ) from None
+        if found != json.loads(json.dumps(self._identity)):
+            different = sorted(
+                key
+                for key in {*self._identity, *(found if isinstance(found, dict) else {})}
+                if not isinstance(found, dict)
+                or found.get(key) != json.loads(json.dumps(self._identity.get(key)))
+            )
+            raise OutputError(
+                f"it holds another study, with other {', '.join(different)}",
+                where=str(self.folder),
+                mend="choose another --out, or give the same options to continue that study",
+            )
+
+    def _lock(self) -> None:
+        path = self.folder / LOCK_FILE
+        for _ in range(2):
+            try:
+                with path.open("x", encoding="utf-8") as file:
+                    file.write(str(os.getpid()))
+                return
+            except FileExistsError:
+                if _owner_lives(path):
+                    raise OutputError(
+                        "another process is at work on this study",
+                        where=str(self.folder),
+                        mend=f"wait for it, choose another --out, or delete {path} if it is gone",
+                    ) from None
+                path.unlink(missing_ok=True)
+
+    def _part_files(self, table: str) -> list[Path]:
+        return sorted(self._parts.glob(f"{table}-*.parquet"))
+
+    def _write_part(self, name: str, frame: pl.DataFrame) -> None:
+        write_atomically(self._parts / f"{name}.parquet", frame.write_parquet)
+
+    def _write_json(self, name: str, value: dict[str, Any]) -> None:
+        text = json.dumps(value, indent=2, sort_keys=True) + "\n"
+        write_atomically(self.folder / name, partial(_write_text, text))
+
+
+def _write_text(text: str, path: Path) -> None:
+    path.write_text(text, encoding="utf-8")
+
+
+def _owner_lives(path: Path) -> bool:
+    """Tell whether the process that holds a lock runs on this machine; a broken lock is nobody's."""
+    try:
+        os.kill(int(path.read_text(encoding="utf-8")), 0)
+    except PermissionError:
+        return True
+    except (OSError, ValueError):
+        return False
+    return True
