@@ -11,11 +11,14 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+
+WARM_FILE = "warm"
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -35,6 +38,18 @@ def cache_folder() -> Path:
             digest.update(text)
     base = os.environ.get("DMIL_CACHE") or os.environ.get("XDG_CACHE_HOME") or "~/.cache"
     return Path(base).expanduser() / "dmil" / "kernels" / digest.hexdigest()
+
+
+def is_cold() -> bool:
+    """Tell whether kernels still have to be compiled for this version of the source (ours)."""
+    return not (cache_folder() / WARM_FILE).exists()
+
+
+def mark_warm() -> None:
+    """Note that all kernels have been compiled (ours)."""
+    # Where no cache can be written every start compiles, and nothing else is wrong.
+    with suppress(OSError):
+        (cache_folder() / WARM_FILE).touch()
 
 
 def kernel(function: Function) -> Function:

@@ -3,6 +3,7 @@
 from dmil.studies.executors import EXECUTORS, Executor, LocalExecutor, RayExecutor, make_executor
 from dmil.studies.paper import run_paper_study, study_identity
 from dmil.studies.settings import PRESETS, PaperStudySettings, Preset
+from dmil.studies.warm_up import compile_kernels
 
 __all__ = [
     "EXECUTORS",
@@ -12,6 +13,7 @@ __all__ = [
     "PaperStudySettings",
     "Preset",
     "RayExecutor",
+    "compile_kernels",
     "make_executor",
     "run_paper_study",
     "study_identity",

@@ -15,6 +15,7 @@ from dmil.studies.executors import Executor, LocalExecutor
 from dmil.studies.plan import blocks
 from dmil.studies.settings import PRESETS, PaperStudySettings
 from dmil.studies.store import StudyStore
+from dmil.studies.warm_up import compile_kernels
 
 Progress = Callable[[int, int], None]
 
@@ -59,6 +60,7 @@ def run_paper_study(
         done = len(plan) - len(todo)
         if progress:
             progress(done, len(plan))
+        compile_kernels()
         results = (executor or LocalExecutor()).map(partial(run_block, settings), todo)
         for result in results:
             store.keep(result)

@@ -1,4 +1,4 @@
-"""The folder of a study: finished blocks are kept as they come, so that a second start continues."""
+"""The folder of a study: finished blocks are kept, so that a second start continues."""
 
 from __future__ import annotations
 
@@ -179,7 +179,7 @@ def _write_text(text: str, path: Path) -> None:
 
 
 def _owner_lives(path: Path) -> bool:
-    """Tell whether the process that holds a lock runs on this machine; a broken lock is nobody's."""
+    """Tell whether the process that holds a lock runs here; a broken lock is nobody's."""
     try:
         os.kill(int(path.read_text(encoding="utf-8")), 0)
     except PermissionError:

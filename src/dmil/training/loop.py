@@ -64,14 +64,14 @@ def run(
     """
     network = simulator.network
     controller.begin(Situation(network, simulator.decision_interval_s, rng))
-    remembers = isinstance(controller, MemoryController)
+    remembering = controller if isinstance(controller, MemoryController) else None
     observation = simulator.reset(vehicles)
     last_reward = None
     times_s, memory = [], []
     while True:
         phases = controller.decide(observation, last_reward)
         times_s.append(observation.time_s)
-        memory.append(controller.memory_use() if remembers else NO_MEMORY)
+        memory.append(remembering.memory_use() if remembering else NO_MEMORY)
         following = simulator.advance(phases)
         if following.time_s >= simulator.horizon_s:
             break

@@ -191,5 +191,6 @@ def controller_of(
 
 
 def shapes_of(network: RoadNetwork) -> list[str]:
+    """Return the signature of every intersection's shape, in the network's order (ours)."""
     agents = agents_of(network)
     return [agents.signatures[shape] for shape in agents.shape]
