@@ -1,3 +1,78 @@
-"""Memory-based multi-agent traffic-signal control: train, compare, inspect."""
+"""Memory-based multi-agent traffic-signal control: train, compare, inspect.
+
+Names are loaded when they are first used, so that ``import dmil`` costs nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
+
+# ruff: noqa: F401  for type checkers only; __all__ is made from the same names below.
+if TYPE_CHECKING:
+    from dmil.controllers import CONTROLLERS, Controller, Situation, make_controller
+    from dmil.demand import PoissonDemand, Vehicles
+    from dmil.errors import DmilError
+    from dmil.network import RoadNetwork, grid, read_cityflow_roadnet
+    from dmil.reports import write_report
+    from dmil.results import Results
+    from dmil.rewards import REWARDS, make_reward
+    from dmil.scenarios import QueueDynamics, Scenario, SignalTiming, cityflow_scenario, scenario
+    from dmil.seeding import stream
+    from dmil.simulation import Measures, Observation, QueueSimulator, Simulator
+    from dmil.studies import PaperStudySettings, run_paper_study
+    from dmil.symmetry import EMBEDDINGS, Embedding
+    from dmil.training import (
+        controller_of,
+        evaluate,
+        load_policy,
+        policy_of,
+        run,
+        save_policy,
+        train,
+        train_prior,
+        vehicles_of_seed,
+    )
+
+_ROOMS = {
+    "controllers": ("CONTROLLERS", "Controller", "Situation", "make_controller"),
+    "demand": ("PoissonDemand", "Vehicles"),
+    "errors": ("DmilError",),
+    "network": ("RoadNetwork", "grid", "read_cityflow_roadnet"),
+    "reports": ("write_report",),
+    "results": ("Results",),
+    "rewards": ("REWARDS", "make_reward"),
+    "scenarios": ("QueueDynamics", "Scenario", "SignalTiming", "cityflow_scenario", "scenario"),
+    "seeding": ("stream",),
+    "simulation": ("Measures", "Observation", "QueueSimulator", "Simulator"),
+    "studies": ("PaperStudySettings", "run_paper_study"),
+    "symmetry": ("EMBEDDINGS", "Embedding"),
+    "training": (
+        "controller_of",
+        "evaluate",
+        "load_policy",
+        "policy_of",
+        "run",
+        "save_policy",
+        "train",
+        "train_prior",
+        "vehicles_of_seed",
+    ),
+}
+_ROOM_OF = {name: room for room, names in _ROOMS.items() for name in names}
+
+__all__ = sorted(_ROOM_OF)
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name from its room."""
+    if name not in _ROOM_OF:
+        raise AttributeError(f"module 'dmil' has no attribute '{name}'")
+    return getattr(importlib.import_module(f"dmil.{_ROOM_OF[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    """List the public names."""
+    return [*__all__, "__version__"]
