@@ -16,8 +16,9 @@ UNLIMITED_VEH = np.iinfo(np.int32).max
 def build_layout(scenario: Scenario) -> Layout:
     """Flatten a scenario's network and traffic dynamics (specification, §2).
 
-    Links between intersections take at least 1 s, so that the order in which intersections are
-    visited within a step cannot matter.
+    A link takes its free-flow time, rounded to whole steps; between intersections at least 1 s, so
+    that nobody crosses two intersections within a step. With storage a link holds as many vehicles
+    as have room on its lanes, at least one; without length, or out of the network, any number.
     """
     network, dynamics = scenario.network, scenario.dynamics
     intersections = network.intersections
