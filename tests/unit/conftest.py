@@ -62,7 +62,7 @@ def write_study(
     seeds=8,
     cells=None,
     adjust=None,
-    spread=0.03,
+    spread=0.01,
 ):
     """Write a folder of results; ``adjust(cell, scenario, means)`` changes what is expected."""
     cells = list(cells_of_a_study()) if cells is None else cells
@@ -155,12 +155,12 @@ def _series(key, times, arrived, means):
     return frame.select(pl.col(name).cast(dtype) for name, dtype in SERIES_SCHEMA.items())
 
 
-@pytest.fixture
-def make_study(tmp_path):
+@pytest.fixture(scope="session")
+def make_study(tmp_path_factory):
     """A function that writes a made-up study and returns its folder."""
 
     def make(name="study", **options):
-        return write_study(tmp_path / name, **options)
+        return write_study(tmp_path_factory.mktemp("made-up") / name, **options)
 
     make.cells = cells_of_a_study
     return make

@@ -50,7 +50,7 @@ def claims(results: Results | Cells) -> pl.DataFrame:
     - shows "not below" unless the whole interval lies below the threshold,
     - shows the opposite if the interval lies wholly on the other side, else leaves it open.
 
-    A claim holds if all its comparisons show it (for "up to" and "often": if one does). The
+    A claim holds if all its comparisons show it (for "up to" and "more than": if one does). The
     comparisons are those whose runs are there; grids of other sizes than the paper's count as
     long as they have one, or several, intersections like the paper's.
 
@@ -108,15 +108,15 @@ def _in_words(evidence: Sequence[Evidence]) -> str:
     if len(evidence) <= 4:
         return "; ".join(_phrase(one) for one in evidence)
     ranked = sorted(evidence, key=lambda one: one.value)
-    return f"from {_phrase(ranked[0])} to {_phrase(ranked[-1])}"
+    return f"lowest {_phrase(ranked[0])}; highest {_phrase(ranked[-1])}"
 
 
 def _phrase(one: Evidence) -> str:
-    number = f"{one.value:+.1%}"
+    number = f"{100 * one.value:+.1f} %"
     if not np.isnan(one.low):
         number += f" [{100 * one.low:+.1f}, {100 * one.high:+.1f}]"
     where = scenario_label(one.comparison.scenario)
-    return f"{number.replace('-', '−')} ({where}, {one.comparison.label})"
+    return f"{where}, {one.comparison.label}: {number.replace('-', '−')}"
 
 
 def _row(one: Evidence) -> dict[str, object]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +15,15 @@ from dmil.files import write_atomically
 from dmil.reports.theme import config
 
 FORMATS = ("svg", "png", "pdf", "html")
-_PNG_SCALE = 3.0
+_PNG_SCALE = 2.0
 
 Specification = dict[str, Any]
 
 
 def specification(chart: alt.TopLevelMixin) -> Specification:
     """Return the Vega-Lite specification of a chart with the house's look."""
-    built: Specification = chart.to_dict()
+    # The tests validate every figure; at run time it would cost more than drawing.
+    built: Specification = chart.to_dict(validate=False)
     built["config"] = config()
     return built
 
@@ -85,6 +86,7 @@ def embedded(spec: Specification) -> str:
     return json.dumps(spec, separators=(",", ":"), ensure_ascii=False).replace("</", "<\\/")
 
 
+@cache
 def script_bundle() -> str:
     """Return Vega, Vega-Lite and Vega-Embed as one script."""
     return str(vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;")).replace(

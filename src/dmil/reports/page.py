@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 import jinja2
+import markupsafe
 import polars as pl
 
 import dmil
@@ -113,6 +115,7 @@ def _page(
         "signed": signed,
         "scenario": scenario_label,
         "controller": controller_label,
+        "maths": _maths,
     }
     environment.globals["interval"] = interval
     text = (resources.files("dmil.reports") / "templates" / "report.html.j2").read_text("utf-8")
@@ -145,6 +148,12 @@ def _page(
         specs=[(figure.name, embedded(figure.spec)) for figure in figures],
         bundle=script_bundle(),
     )
+
+
+def _maths(text: str) -> markupsafe.Markup:
+    """Set the paper's symbols with subscripts."""
+    escaped = str(markupsafe.escape(text))
+    return markupsafe.Markup(re.sub(r"\b([Vm])_([cLsQ])\b", r"\1<sub>\2</sub>", escaped))
 
 
 def _paper_rows(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:

@@ -1,0 +1,170 @@
+import polars as pl
+import pytest
+
+from dmil.analysis import STATEMENTS, claims
+from dmil.analysis.comparisons import judge
+from dmil.results import Results
+
+
+def judged(folder):
+    with Results(folder) as results:
+        table = claims(results)
+    return {row["id"]: row for row in table.iter_rows(named=True)}
+
+
+def test_verdicts_of_the_made_up_study(make_study):
+    found = judged(make_study())
+    holds = {name: row["holds"] for name, row in found.items()}
+    assert holds == {
+        "reward-effect": True,
+        # Under "matched", No Memory is on the simple classes: Simple cannot beat it.
+        "memory-beats-sarsa": False,
+        "simple-wins-default": False,
+        "complex-loses-default": True,
+        "single-intersection": True,
+        "complex-gains-most": True,
+        "rewards-alike": True,
+        "waiting-30": True,
+        "throughput-100": False,
+        "communication-raises-default": False,
+        "communication-no-gain-default": True,
+        "communication-neutral": True,
+        "memory-flatter": True,
+        "memory-smaller": True,
+        "communication-smaller": False,
+        "baselines-win": True,
+        "classes-carry-the-gain": True,
+        "two-memories-neutral": True,
+    }
+    assert set(found) == {statement.name for statement in STATEMENTS}
+    assert found["memory-beats-sarsa"]["verdict"] == "holds in 4 of 8"
+
+
+TWO_GRIDS = ("grid:1x1", "grid:3x3")
+
+
+@pytest.fixture(scope="module")
+def before(make_study):
+    return judged(make_study(scenarios=TWO_GRIDS))
+
+
+def scale(measure, factor, **which):
+    """Return an adjustment that scales one mean of the cells that match."""
+
+    def adjust(cell, scenario, means):
+        if all(cell[key] == value for key, value in which.items()):
+            means[measure] *= factor
+
+    return adjust
+
+
+@pytest.mark.parametrize(
+    ("claim", "adjust", "expected"),
+    [
+        ("reward-effect", scale("wait", 5, reward="entropy"), False),
+        ("complex-loses-default", scale("wait", 0.2, reward="default", embedding="complex"), False),
+        ("single-intersection", scale("wait", 0.3, controller="dual-memory"), False),
+        ("rewards-alike", scale("arrived", 0.9, reward="entropy"), False),
+        ("waiting-30", scale("wait", 0.3, reward="default"), False),
+        ("throughput-100", scale("arrived", 0.3, reward="default"), True),
+        (
+            "communication-raises-default",
+            scale("wait", 1.2, reward="default", communication=True),
+            True,
+        ),
+        (
+            "communication-no-gain-default",
+            scale("wait", 0.8, reward="default", communication=True),
+            False,
+        ),
+        ("communication-neutral", scale("wait", 1.2, reward="entropy", communication=True), False),
+        ("memory-flatter", scale("slope", 10, embedding="complex"), False),
+        ("memory-smaller", scale("start", 10, controller="dual-memory"), False),
+        (
+            "communication-smaller",
+            scale("start", 0.5, controller="dual-memory", communication=True),
+            True,
+        ),
+        ("classes-carry-the-gain", scale("wait", 0.5, embedding="exact"), False),
+        (
+            "two-memories-neutral",
+            scale("wait", 0.8, controller="dual-memory", reward="entropy"),
+            False,
+        ),
+        ("baselines-win", scale("wait", 0.1, controller="dual-memory", reward="entropy"), False),
+    ],
+)
+def test_a_verdict_flips_when_the_data_flips(make_study, before, claim, adjust, expected):
+    after = judged(make_study(adjust=adjust, scenarios=TWO_GRIDS))
+    assert (before[claim]["holds"], after[claim]["holds"]) == (not expected, expected)
+
+
+def test_under_literal_no_memory_is_exact_sarsa(make_study):
+    found = judged(make_study(presets=("literal",)))
+    assert found["memory-beats-sarsa"]["holds"] is True
+    assert found["simple-wins-default"]["holds"] is True
+
+
+def test_the_evidence_has_the_numbers(make_study):
+    row = judged(make_study(scenarios=("grid:5x5",)))["complex-loses-default"]
+    (evidence,) = row["evidence"]
+    # Complex waits 0.2 · 0.7 · 2, SARSA on the simple classes 0.2 · 0.8.
+    assert evidence["difference_pct"] == pytest.approx(75, abs=4)
+    assert evidence["low_pct"] < evidence["difference_pct"] < evidence["high_pct"]
+    assert evidence["n"] == 8 and evidence["scenario"] == "grid:5x5"
+    assert row["summary"].startswith("5×5, default: Complex against No Memory: +")
+
+
+def test_claims_without_their_runs_are_not_judged(make_study):
+    only = [c for c in make_study.cells() if c["reward"] in ("entropy", None)]
+    found = judged(make_study(cells=only, scenarios=("grid:3x3",)))
+    assert found["reward-effect"]["holds"] is None
+    assert found["reward-effect"]["verdict"] == "not run"
+    assert found["single-intersection"]["holds"] is None
+    assert found["baselines-win"]["holds"] is True
+
+
+def test_one_seed_judges_nothing(make_study):
+    found = judged(make_study(seeds=1))
+    assert all(row["holds"] is None for row in found.values())
+    assert found["reward-effect"]["verdict"] == "one seed only"
+
+
+def test_other_grids_count_by_their_intersections(make_study):
+    found = judged(make_study(scenarios=("grid:4x4",)))
+    assert found["complex-loses-default"]["holds"] is True
+    assert found["single-intersection"]["verdict"] == "not run"
+
+
+def test_failed_runs_are_left_out(make_study):
+    folder = make_study(scenarios=("grid:3x3",))
+    runs = pl.read_parquet(folder / "runs.parquet")
+    failed = (pl.col("seed") == 0) & (pl.col("controller") == "dual-memory")
+    runs = runs.with_columns(
+        status=pl.when(failed).then(pl.lit("it broke")).otherwise("status"),
+        w_over_vc=pl.when(failed).then(None).otherwise("w_over_vc"),
+    )
+    runs.write_parquet(folder / "runs.parquet")
+    (first, *_) = judged(folder)["complex-loses-default"]["evidence"]
+    assert first["n"] == 7
+
+
+@pytest.mark.parametrize(
+    ("relation", "threshold", "low", "high", "outcome"),
+    [
+        ("below", 0.0, -0.2, -0.1, "shown"),
+        ("below", 0.0, -0.2, 0.1, "open"),
+        ("below", 0.0, 0.1, 0.2, "opposite"),
+        ("below", -0.3, -0.29, -0.2, "opposite"),
+        ("above", 1.0, 1.1, 1.2, "shown"),
+        ("above", 1.0, 0.5, 0.6, "opposite"),
+        ("within", 0.05, -0.05, 0.05, "shown"),
+        ("within", 0.05, -0.06, 0.01, "open"),
+        ("within", 0.05, 0.06, 0.1, "opposite"),
+        ("not below", 0.0, -0.1, 0.1, "shown"),
+        ("not below", 0.0, -0.2, -0.1, "opposite"),
+        ("below", 0.0, float("nan"), float("nan"), "open"),
+    ],
+)
+def test_rules(relation, threshold, low, high, outcome):
+    assert judge(relation, threshold, low, high) == outcome

@@ -1,0 +1,254 @@
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import altair as alt
+import pytest
+
+from dmil.analysis import cells_of, claims, paper_table, sensitivity, summary
+from dmil.errors import InputError, OutputError, UnknownNameError
+from dmil.reports import gallery, save_figure, write_report
+from dmil.reports.assumptions import assumptions, configuration_rows, find_value
+from dmil.reports.export import embedded, picture, svg_of
+from dmil.reports.gallery import Tables
+from dmil.results import Results
+
+LIMIT_BYTES = 3_000_000
+
+
+@pytest.fixture(scope="module")
+def complete(make_study):
+    return make_study(presets=("literal", "decaying", "matched"), seeds=5)
+
+
+@pytest.fixture(scope="module")
+def report(complete):
+    return write_report(complete)
+
+
+@pytest.fixture(scope="module")
+def figures(complete):
+    return figures_of(complete, "matched")
+
+
+def figures_of(folder, preset):
+    with Results(folder) as results:
+        cells = cells_of(results)
+        tables = Tables(summary(cells), paper_table(cells), sensitivity(cells), claims(cells))
+        return gallery(results, cells, tables, preset)
+
+
+class _Page(HTMLParser):
+    """Collects ids, addresses and text, and checks that elements are closed in order."""
+
+    VOID = frozenset({"meta", "br", "link", "img", "hr", "input"})
+
+    def __init__(self, page):
+        super().__init__()
+        self.ids, self.addresses, self.text, self.open = [], [], [], []
+        self.feed(page)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attributes):
+        if tag not in self.VOID:
+            self.open.append(tag)
+        for name, value in attributes:
+            if name == "id":
+                self.ids.append(value)
+            if name in ("href", "src"):
+                self.addresses.append(value)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] not in ("script", "style"):
+            self.text.append(data)
+
+
+@pytest.fixture(scope="module")
+def page(report):
+    return _Page(report.read_text())
+
+
+def test_the_page_is_well_formed_and_needs_nothing_from_outside(report, page):
+    assert len(page.ids) == len(set(page.ids))
+    for address in page.addresses:
+        assert address.startswith("#") or (report.parent / address).is_file(), address
+    inside = {address[1:] for address in page.addresses if address.startswith("#")}
+    assert inside <= set(page.ids)
+    assert report.stat().st_size < LIMIT_BYTES
+
+
+def test_every_figure_has_its_place_and_its_data(report, page):
+    places = [name for name in page.ids if name.startswith("figure-")]
+    assert len(places) == 18
+    text = report.read_text()
+    for place in places:
+        name = place.removeprefix("figure-")
+        found = re.search(rf'^(?:const specifications = {{ )?"{name}": (.*),$', text, re.MULTILINE)
+        spec = json.loads(found[1].replace("<\\/", "</"))
+        assert spec["$schema"].startswith("https://vega.github.io/schema/vega-lite")
+        assert "url" not in json.dumps(spec.get("data", {}))
+
+
+def test_the_headline_comes_from_the_verdicts(complete, page):
+    with Results(complete) as results:
+        table = claims(results)
+    matched = table.filter((table["preset"] == "matched") & (table["source"] == "paper"))
+    judged, held = matched["holds"].drop_nulls().len(), matched["holds"].sum()
+    text = " ".join("".join(page.text).split())
+    assert f"{held} of {judged} claims of the paper hold in this run under matched" in text
+    assert "Longest queue first and max-pressure, which learn nothing, beat every variant." in text
+    assert "dmil study --seeds 8" in text
+
+
+def test_pictures_and_tables_are_files(report):
+    names = {path.stem for path in (report.parent / "figures").iterdir()}
+    assert {"paper_against_ours", "sensitivity", "memory_size_grid-5x5"} <= names
+    for name in names:
+        for ending, magic in ((".png", b"\x89PNG"), (".pdf", b"%PDF"), (".svg", b"<svg")):
+            data = (report.parent / "figures" / (name + ending)).read_bytes()
+            assert data.startswith(magic) and len(data) > 2_000
+    tables = {path.name for path in (report.parent / "tables").iterdir()}
+    assert {"summary.csv", "claims.csv", "claims_evidence.csv", "paper_table_literal.tex"} <= tables
+    latex = (report.parent / "tables/paper_table_matched.tex").read_text()
+    assert latex.count(r"\\") == 1 + 9 and "[0.05]" in latex
+    for line in latex.splitlines():
+        if line.endswith(r"\\"):
+            assert line.count("&") == 7
+
+
+def test_the_same_results_give_the_same_files(complete, report):
+    again = {p: p.read_bytes() for p in report.parent.rglob("*") if p.suffix in (".svg", ".csv")}
+    before = report.read_bytes()
+    write_report(complete)
+    assert report.read_bytes() == before
+    assert all(path.read_bytes() == data for path, data in again.items())
+
+
+def test_no_temporary_file_is_left(report):
+    assert [p for p in report.parent.rglob("*") if p.name.startswith(".")] == []
+
+
+def test_every_specification_is_valid_vega_lite(figures):
+    assert len(figures) == 18
+    for figure in figures:
+        alt.Chart.from_dict(figure.spec)
+        assert figure.caption.endswith(".")
+
+
+def test_figures_carry_no_raw_runs(figures):
+    for figure in figures:
+        assert len(embedded(figure.spec)) < 60_000
+        assert '"seed"' not in embedded(figure.spec)
+
+
+def test_bounds_of_the_theory_lie_above_what_was_stored(figures):
+    (figure,) = (f for f in figures if f.name == "memory_size_grid-3x3")
+    (rows,) = figure.spec["datasets"].values()
+    last = {row["line"]: row["mean"] for row in rows if row["time_s"] == 300}
+    # 40 rows imported and at most one more in each of 31 decisions, 8 values each.
+    assert last["most possible, SARSA"] == 8 * 71
+    assert last["SARSA exact"] == pytest.approx(8 * 67)
+    assert last["most possible, dual memory"] > last["Simple"]
+
+
+PARTIAL = {
+    "one preset, one grid, two seeds": {"scenarios": ("grid:5x5",), "seeds": 2},
+    "one seed": {"scenarios": ("grid:3x3",), "seeds": 1},
+    "another grid": {"scenarios": ("grid:2x4",), "seeds": 3},
+    "one intersection": {"scenarios": ("grid:1x1",), "seeds": 3},
+    "another network": {"scenarios": ("cityflow:town-1",), "seeds": 3},
+    "an unknown preset": {"presets": ("mine",), "scenarios": ("grid:3x3",), "seeds": 2},
+    "two presets without matched": {"presets": ("literal", "decaying"), "seeds": 2},
+}
+
+
+@pytest.mark.parametrize("name", PARTIAL)
+def test_partial_studies_have_a_report(make_study, name):
+    path = write_report(make_study(**PARTIAL[name]), pictures=False)
+    page = _Page(path.read_text())
+    assert "Claims and verdicts" in page.text
+    assert not (path.parent / "figures").exists()
+
+
+MISSING = {
+    "baselines only": lambda cell: cell["reward"] is None,
+    "learners only": lambda cell: cell["reward"] is not None,
+    "one agent": lambda cell: cell["controller"] == "dual-memory" and cell["reward"] == "default",
+    "one baseline": lambda cell: cell["controller"] == "random",
+    "no sarsa": lambda cell: cell["controller"] != "sarsa",
+}
+
+
+@pytest.mark.parametrize("name", MISSING)
+def test_missing_controllers_are_no_obstacle(make_study, name):
+    cells = [cell for cell in make_study.cells() if MISSING[name](cell)]
+    folder = make_study(cells=cells, scenarios=("grid:3x3",), seeds=2)
+    assert write_report(folder, pictures=False).is_file()
+    for figure in figures_of(folder, "matched"):
+        assert svg_of(figure.spec).startswith("<svg")
+
+
+def test_one_seed_is_said_and_nothing_is_claimed(make_study):
+    path = write_report(make_study(scenarios=("grid:3x3",), seeds=1), pictures=False)
+    text = " ".join("".join(_Page(path.read_text()).text).split())
+    assert "One seed: no interval and no verdict can be given." in text
+    assert "No claim of the paper can be judged" in text
+
+
+def test_text_from_a_study_is_no_markup(make_study):
+    folder = make_study(scenarios=("grid:1x1",), seeds=2)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    manifest["command"] = "dmil study '<script>alert(1)</script>'"
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    assert "<script>alert(1)" not in write_report(folder, pictures=False).read_text()
+
+
+def test_a_folder_without_results_gets_no_report(tmp_path):
+    with pytest.raises(OutputError):
+        write_report(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_unknown_preset_is_refused_before_anything_is_written(make_study):
+    folder = make_study(scenarios=("grid:1x1",), seeds=2)
+    with pytest.raises(UnknownNameError, match="Did you mean 'matched'"):
+        write_report(folder, preset="match")
+    assert not (folder / "tables").exists()
+
+
+@pytest.mark.parametrize("format", ["svg", "png", "pdf", "html"])
+def test_one_figure_in_every_format(figures, tmp_path, format):
+    data = save_figure(figures[0].spec, tmp_path / f"figure.{format}").read_bytes()
+    # A PDF numbers its objects in no fixed order.
+    assert len(data) == len(picture(figures[0].spec, format))
+    if format == "html":
+        assert b"https://cdn" not in data
+
+
+def test_an_unknown_format_is_refused(tmp_path):
+    with pytest.raises(OutputError, match=r"cannot write a figure as '\.gif'"):
+        save_figure({}, tmp_path / "figure.gif")
+    assert issubclass(OutputError, InputError) and list(tmp_path.iterdir()) == []
+
+
+def test_assumptions_show_the_values_used():
+    found = assumptions({"agents": [{"learning_rate": 0.2}, {"learning_rate": 0.1}]})
+    values = {item.meaning: item.value for item in found}
+    assert values["Step of the SARSA update"] == "0.1, 0.2"
+    assert values["m_s: rows of short-term memory, which stages when full"] == "16"
+    assert {item.mark for item in found} == {"A", "F"}
+
+
+def test_the_whole_configuration_is_listed():
+    rows = configuration_rows({"a": {"b": [1, 2], "c": None}, "seeds": list(range(30))})
+    assert rows == [("a.b", "1, 2"), ("a.c", "–"), ("seeds", "0 … 29 (30 values)")]
+    assert find_value({"a": {"b": 3}}, "b", 5) == 3 and find_value({}, "b", 5) == 5
+
+
+def test_the_template_is_part_of_the_package():
+    package = Path(write_report.__code__.co_filename).parent
+    assert (package / "templates" / "report.html.j2").is_file()
