@@ -64,7 +64,7 @@ def classes_of(network: RoadNetwork, embedding: Embedding) -> Classes:
 
 
 def _symmetries(intersection: Intersection, network: RoadNetwork) -> SymmetryGroup:
-    """Number the sides by the node that lies there, and find which relabellings fit."""
+    """Find which relabellings of the sides fit; a side is the node that lies there."""
     links = {link.id: link for link in network.links}
     sides: dict[str, int] = {}
     origin = [

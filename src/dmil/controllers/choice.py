@@ -26,7 +26,7 @@ def explores(draws: npt.NDArray[np.float64], epsilon: float) -> bool:
     draws: (3,) float64
     epsilon: float
     """
-    return draws[0] < epsilon
+    return bool(draws[0] < epsilon)
 
 
 @kernel

@@ -7,13 +7,12 @@ from functools import lru_cache
 import numpy as np
 
 from dmil.compilation import kernel
-from dmil.controllers.agents import agents_of, classes_of
-from dmil.controllers.choice import DRAWS, explores, uniform_action
-from dmil.controllers.meetings import Meetings
+from dmil.controllers.agents import Agents, classes_of
+from dmil.controllers.choice import explores, uniform_action
 from dmil.controllers.prior import Prior
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
-from dmil.controllers.sarsa import FIRST_CAPACITY, no_reward
+from dmil.controllers.protocol import Arrays, MemoryUse
 from dmil.controllers.settings import DualMemorySettings
+from dmil.controllers.tabular import FIRST_CAPACITY, Step, TabularLearner
 from dmil.memory import (
     ABSENT,
     BestTable,
@@ -24,6 +23,7 @@ from dmil.memory import (
     best_table_with_room,
     bests_of,
     bytes_used,
+    find_both,
     import_best,
     make_best_table,
     make_scratch,
@@ -37,11 +37,10 @@ from dmil.memory import (
     value_table_with_room,
 )
 from dmil.network import RoadNetwork
-from dmil.simulation import Observation
-from dmil.symmetry import Classes, Embedding, embed, embedding
+from dmil.symmetry import Classes, Embedding, embed
 
 
-class DualMemoryController:
+class DualMemoryController(TabularLearner):
     """One agent per intersection, each with a short-term and a long-term memory.
 
     Differs from the paper: only long-term memories are sent to the central unit ("STM or LTM" in
@@ -56,65 +55,13 @@ class DualMemoryController:
         to start from.
     """
 
+    settings: DualMemorySettings
+
     def __init__(
         self, settings: DualMemorySettings | None = None, *, prior: Prior | None = None
     ) -> None:
-        self.settings = settings or DualMemorySettings()
-        self._embedding = embedding(self.settings.embedding)
-        self._prior = prior
+        super().__init__(settings or DualMemorySettings(), prior)
         self._memory: DualMemory | None = None
-
-    def begin(self, situation: Situation) -> None:
-        """Get ready for a run; a memory from an earlier run on the same shapes stays."""
-        network = situation.network
-        self._rng, self._epsilon = situation.rng, self.settings.epsilon
-        self._meetings = Meetings(self.settings)
-        self._agents = agents_of(network)
-        self._classes = classes_of(network, self._embedding)
-        self._scratch = make_scratch(self._classes)
-        count, places = len(network.intersections), self._classes.orientation_image.shape[2]
-        if self._memory is None:
-            start = starting_bests(
-                network,
-                self._embedding,
-                self._prior,
-                self.settings.staged_ratio,
-                self.settings.significance,
-            )
-            self._common = start.rows.size.copy()
-            self._memory = self._with_rules(
-                self._empty_short(count), bests_of(start, self._agents.shape)
-            )
-        self._key, self._key_before = np.zeros((2, count, places), np.int32)
-        self._action = np.full(count, ABSENT, np.int32)
-
-    def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
-        """Choose ε-greedily, insert the new Q of the last choice, trigger the central unit."""
-        settings = self.settings
-        action = np.empty_like(self._action)
-        self._make_room(settings.short_capacity)
-        decide_dual_memory(
-            self._classes,
-            self.memory,
-            observation.queue_veh,
-            self._key_before,
-            self._key,
-            self._action,
-            action,
-            no_reward(reward, self._action.size),
-            self._rng.random((self._action.size, DRAWS)),
-            self._epsilon,
-            settings.learning_rate,
-            settings.discount,
-            settings.learning and reward is not None,
-            self._scratch,
-        )
-        self._epsilon *= settings.epsilon_decay
-        self._key, self._key_before = self._key_before, self._key
-        self._action = action
-        if settings.learning and self._meetings.due(observation.time_s):
-            self._communicate()
-        return action
 
     @property
     def memory(self) -> DualMemory:
@@ -125,7 +72,7 @@ class DualMemoryController:
     def memory_use(self) -> MemoryUse:
         """Return how much is remembered now: 3·m_L + |A|·m_s per agent (paper, §V)."""
         short, long = self.memory.short, self.memory.long
-        actions = self._classes.phase_count[self._agents.shape]
+        actions = self._classes.phase_count[self.agents.shape]
         return MemoryUse(
             short_term_entries=float(short.rows.size.mean()),
             long_term_entries=float(long.rows.size.mean()),
@@ -145,21 +92,34 @@ class DualMemoryController:
         }
 
     def restore(self, arrays: Arrays) -> None:
-        """Replace both memories."""
-        tolerance = self._embedding.tolerance
+        """Replace both memories.
 
-        def part(name: str) -> Arrays:
-            return {
-                key.removeprefix(f"{name}."): value
-                for key, value in arrays.items()
-                if key.startswith(f"{name}.")
-            }
-
-        short = value_table_with_room(
-            unpack_values(part("short"), tolerance), self.settings.short_capacity
-        )
-        self._memory = self._with_rules(short, unpack_bests(part("long"), tolerance))
+        Raises
+        ------
+        PolicyError
+            If the arrays are not those of memories of these agents.
+        """
+        short = unpack_values(_part(arrays, "short"), self.memory.short)
+        long = unpack_bests(_part(arrays, "long"), self.memory.long)
+        # The arrays may come from a short-term memory of another capacity than ours.
+        short = value_table_with_room(short, self.settings.short_capacity)
+        self._memory = self._with_rules(short, long)
+        # Which rows the agents have in common is not kept: the next meeting compares all of them.
         self._common = np.zeros_like(self._common)
+
+    def _start(self, network: RoadNetwork, agents: Agents) -> None:
+        ratio, significance = self.settings.staged_ratio, self.settings.significance
+        start = starting_bests(network, self._embedding, self._prior, ratio, significance)
+        self._common = start.rows.size.copy()
+        short = make_value_table(
+            agents.shape.size,
+            self.settings.short_capacity,
+            self._classes.orientation_image.shape[2],
+            self._classes.phase_image.shape[2],
+            self._classes.tolerance,
+        )
+        long = bests_of(start, agents.shape, start.rows.keys.shape[1])
+        self._memory = self._with_rules(short, long)
 
     def _with_rules(self, short: ValueTable, long: BestTable) -> DualMemory:
         settings = self.settings
@@ -173,27 +133,30 @@ class DualMemoryController:
             stage_period=settings.stage_period,
         )
 
-    def _empty_short(self, agents: int) -> ValueTable:
-        _, _, places = self._classes.orientation_image.shape
-        actions, capacity = self._classes.phase_image.shape[2], self.settings.short_capacity
-        tolerance = self._classes.tolerance
-        return value_table_with_room(
-            make_value_table(agents, capacity, places, actions, tolerance), capacity
-        )
+    def _take(self, step: Step) -> None:
+        # One decision stages at most all that an agent's short-term memory can hold.
+        self._make_room(self.memory.short.value.shape[1])
+        decide_dual_memory(self._classes, self.memory, step, self._scratch)
 
     def _make_room(self, more: int) -> None:
         long = best_table_with_room(self.memory.long, more)
         if long is not self.memory.long:
             self._memory = self.memory._replace(long=long)
 
-    def _communicate(self) -> None:
-        for shape, members in enumerate(self._agents.members):
-            if members.size < 2:
-                continue
+    def _meet(self) -> None:
+        for shape, members in enumerate(self.agents.members):
             common = int(self._common[shape])
             self._make_room(int((self.memory.long.rows.size[members] - common).sum()))
             average_best(self.memory.long, self._classes, members, common, self._scratch)
             self._common[shape] = self.memory.long.rows.size[members[0]]
+
+
+def _part(arrays: Arrays, name: str) -> Arrays:
+    return {
+        key.removeprefix(f"{name}."): array
+        for key, array in arrays.items()
+        if key.startswith(f"{name}.")
+    }
 
 
 @lru_cache(maxsize=16)
@@ -214,7 +177,6 @@ def starting_bests(
     table = make_best_table(shapes, FIRST_CAPACITY + rows, places, classes.tolerance)
     if prior is None:
         return table
-    table = best_table_with_room(table, rows)
     scratch = make_scratch(classes)
     for shape in range(shapes):
         import_best(prior.table, table, classes, shape, staged_ratio, significance, scratch)
@@ -222,40 +184,36 @@ def starting_bests(
 
 
 @kernel
-def decide_dual_memory(
-    classes: Classes,
-    memory: DualMemory,
-    state: IntArray,
-    key_before: IntArray,
-    key: IntArray,
-    action_before: IntArray,
-    action: IntArray,
-    reward: FloatArray,
-    draws: FloatArray,
-    epsilon: float,
-    learning_rate: float,
-    discount: float,
-    learns: bool,
-    scratch: Scratch,
-) -> None:
+def decide_dual_memory(classes: Classes, memory: DualMemory, step: Step, scratch: Scratch) -> None:
     """Choose the next actions of all agents and remember Q of the last ones (Algorithm 4).
 
-    Parameters are those of `dmil.controllers.sarsa.decide_sarsa`, with a dual memory per agent.
+    Parameters
+    ----------
+    classes, memory
+        Equivalence classes, and the memories of all agents.
+    step
+        See `Step`.
+    scratch
+        Working space.
     """
-    for agent in range(state.shape[0]):
+    for agent in range(step.state.shape[0]):
         shape = classes.shape[agent]
-        count = classes.phase_count[shape]
-        embed(classes, state[agent], key[agent])
-        best = ABSENT
-        if not explores(draws[agent], epsilon):
-            best = recall(memory, classes, agent, shape, key[agent], scratch)
-        if best == ABSENT:
-            best = uniform_action(draws[agent, 1], count)
-        action[agent] = best
-        if not learns:
+        key, key_before = step.key[agent], step.key_before[agent]
+        draws = step.draws[agent]
+        embed(classes, step.state[agent], key)
+        found = find_both(memory, classes, agent, shape, key, scratch)
+        action = ABSENT
+        if not explores(draws, step.epsilon):
+            action = recall(memory, classes, agent, shape, found)
+        if action == ABSENT:
+            # It explores, or the state is unseen.
+            action = uniform_action(draws[1], classes.phase_count[shape])
+        step.action[agent] = action
+        if not step.learns:
             continue
-        following = recalled_value(memory, classes, agent, shape, key[agent], best, scratch)
-        last = action_before[agent]
-        value = recalled_value(memory, classes, agent, shape, key_before[agent], last, scratch)
-        value += learning_rate * (reward[agent] + discount * following - value)
-        remember(memory, classes, agent, shape, key_before[agent], last, value, scratch)
+        following = recalled_value(memory, classes, agent, shape, found, action)
+        last = step.action_before[agent]
+        found = find_both(memory, classes, agent, shape, key_before, scratch)
+        value = recalled_value(memory, classes, agent, shape, found, last)
+        value += step.learning_rate * (step.reward[agent] + step.discount * following - value)
+        remember(memory, classes, agent, shape, key_before, found, last, value, scratch)

@@ -7,12 +7,12 @@ from functools import lru_cache
 import numpy as np
 
 from dmil.compilation import kernel
-from dmil.controllers.agents import agents_of, classes_of
-from dmil.controllers.choice import DRAWS, explores, greedy_action, uniform_action
-from dmil.controllers.meetings import Meetings
+from dmil.controllers.agents import Agents, classes_of
+from dmil.controllers.choice import explores, greedy_action, uniform_action
 from dmil.controllers.prior import Prior
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
+from dmil.controllers.protocol import Arrays, IntArray, MemoryUse
 from dmil.controllers.settings import SarsaSettings
+from dmil.controllers.tabular import FIRST_CAPACITY, Step, TabularLearner
 from dmil.memory import (
     ABSENT,
     Scratch,
@@ -27,16 +27,13 @@ from dmil.memory import (
     unpack_values,
     value_table_with_room,
     values_of,
-    write,
+    write_found,
 )
 from dmil.network import RoadNetwork
-from dmil.simulation import Observation
-from dmil.symmetry import Classes, Embedding, embed, embedding
-
-FIRST_CAPACITY = 64
+from dmil.symmetry import Classes, Embedding, embed
 
 
-class SarsaController:
+class SarsaController(TabularLearner):
     """One SARSA agent per intersection, each with a Q-table over equivalence classes.
 
     Differs from the paper: nothing; what the paper leaves open (learning rate, unseen states, ties)
@@ -50,66 +47,13 @@ class SarsaController:
         What the dummy agent of the training phase learned, to start from.
     """
 
+    settings: SarsaSettings
+
     def __init__(
         self, settings: SarsaSettings | None = None, *, prior: Prior | None = None
     ) -> None:
-        self.settings = settings or SarsaSettings()
-        self._embedding = embedding(self.settings.embedding)
-        self._prior = prior
+        super().__init__(settings or SarsaSettings(), prior)
         self._table: ValueTable | None = None
-
-    def begin(self, situation: Situation) -> None:
-        """Get ready for a run; a memory from an earlier run on the same shapes stays."""
-        network = situation.network
-        self._rng, self._epsilon = situation.rng, self.settings.epsilon
-        self._meetings = Meetings(self.settings)
-        self._agents = agents_of(network)
-        self._classes = classes_of(network, self._embedding)
-        self._scratch = make_scratch(self._classes)
-        count, places = len(network.intersections), self._classes.orientation_image.shape[2]
-        self._owner = (
-            self._agents.shape if self.settings.shared else np.arange(count, dtype=np.int32)
-        )
-        if self._table is None:
-            start = starting_values(network, self._embedding, self._prior)
-            self._common = start.rows.size.copy()
-            self._table = values_of(
-                start,
-                np.arange(start.rows.size.size) if self.settings.shared else self._agents.shape,
-            )
-        self._key, self._key_before = np.zeros((2, count, places), np.int32)
-        self._action = np.full(count, ABSENT, np.int32)
-
-    def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
-        """Choose ε-greedily, update Q of the last choice, meet the central unit when it is time."""
-        settings = self.settings
-        action = np.empty_like(self._action)
-        # One decision appends at most one row per agent, all of them to one table if it is shared.
-        more = self._action.size if settings.shared else 1
-        self._table = value_table_with_room(self.table, more)
-        decide_sarsa(
-            self._classes,
-            self._table,
-            self._owner,
-            observation.queue_veh,
-            self._key_before,
-            self._key,
-            self._action,
-            action,
-            no_reward(reward, self._action.size),
-            self._rng.random((self._action.size, DRAWS)),
-            self._epsilon,
-            settings.learning_rate,
-            settings.discount,
-            settings.learning and reward is not None,
-            self._scratch,
-        )
-        self._epsilon *= settings.epsilon_decay
-        self._key, self._key_before = self._key_before, self._key
-        self._action = action
-        if settings.learning and self._meetings.due(observation.time_s):
-            self._communicate()
-        return action
 
     @property
     def table(self) -> ValueTable:
@@ -117,10 +61,16 @@ class SarsaController:
         assert self._table is not None, "begin comes before anything else"
         return self._table
 
+    @property
+    def _owner(self) -> IntArray:
+        """Whose table an agent uses: (agents,) int32."""
+        shape = self.agents.shape
+        return shape if self.settings.shared else np.arange(shape.size, dtype=np.int32)
+
     def memory_use(self) -> MemoryUse:
         """Return how much is remembered now: |A|·m_Q per agent (paper, §V)."""
         table, sizes = self.table, self.table.rows.size
-        actions = self._classes.phase_count[self._agents.shape]
+        actions = self._classes.phase_count[self.agents.shape]
         entries = sizes[self._owner]
         return MemoryUse(
             short_term_entries=0.0,
@@ -136,18 +86,46 @@ class SarsaController:
         return pack(self.table)
 
     def restore(self, arrays: Arrays) -> None:
-        """Replace the Q-tables."""
-        self._table = unpack_values(arrays, self._embedding.tolerance)
+        """Replace the Q-tables.
+
+        Raises
+        ------
+        PolicyError
+            If the arrays are not those of Q-tables of these agents.
+        """
+        self._table = unpack_values(arrays, self.table)
+        # Which rows the agents have in common is not kept: the next meeting compares all of them.
         self._common = np.zeros_like(self._common)
 
-    def _communicate(self) -> None:
+    def _fits(self, known: Agents, agents: Agents) -> bool:
+        # Tables that agents of one shape share do not depend on how many agents there are.
+        return (
+            known.signatures == agents.signatures
+            if self.settings.shared
+            else super()._fits(known, agents)
+        )
+
+    def _start(self, network: RoadNetwork, agents: Agents) -> None:
+        start = starting_values(network, self._embedding, self._prior)
+        capacity = start.rows.keys.shape[1]
+        self._common = start.rows.size.copy()
+        shapes = np.arange(len(agents.signatures), dtype=np.int32)
+        owners = shapes if self.settings.shared else agents.shape
+        self._table = values_of(start, owners, capacity)
+
+    def _take(self, step: Step) -> None:
+        # One decision appends at most one row per agent, all of them to one table if it is shared.
+        agents = self.agents.shape.size
+        self._table = value_table_with_room(self.table, agents if self.settings.shared else 1)
+        decide_sarsa(self._classes, self._table, self._owner, step, self._scratch)
+
+    def _meet(self) -> None:
+        if self.settings.shared:
+            return
         table = self.table
-        for shape, members in enumerate(self._agents.members):
-            if self.settings.shared or members.size < 2:
-                continue
+        for shape, members in enumerate(self.agents.members):
             common = int(self._common[shape])
-            new = int((table.rows.size[members] - common).sum())
-            table = value_table_with_room(table, new)
+            table = value_table_with_room(table, int((table.rows.size[members] - common).sum()))
             average_values(table, self._classes, members, common, self._scratch)
             self._common[shape] = table.rows.size[members[0]]
         self._table = table
@@ -166,37 +144,20 @@ def starting_values(network: RoadNetwork, embedding: Embedding, prior: Prior | N
     table = make_value_table(shapes, FIRST_CAPACITY + rows, places, actions, classes.tolerance)
     if prior is None:
         return table
-    table = value_table_with_room(table, rows)
     scratch = make_scratch(classes)
     for shape in range(shapes):
         import_values(prior.table, table, classes, shape, scratch)
     return table
 
 
-def no_reward(reward: FloatArray | None, agents: int) -> FloatArray:
-    """Return the reward, or zeros that nothing reads where there is none (ours)."""
-    return np.zeros(agents) if reward is None else reward
-
-
 @kernel
 def decide_sarsa(
-    classes: Classes,
-    table: ValueTable,
-    owner: IntArray,
-    state: IntArray,
-    key_before: IntArray,
-    key: IntArray,
-    action_before: IntArray,
-    action: IntArray,
-    reward: FloatArray,
-    draws: FloatArray,
-    epsilon: float,
-    learning_rate: float,
-    discount: float,
-    learns: bool,
-    scratch: Scratch,
+    classes: Classes, table: ValueTable, owner: IntArray, step: Step, scratch: Scratch
 ) -> None:
     """Choose the next actions of all agents and update Q of the last ones (paper, §IV-C).
+
+    Agents decide one after the other, in the order of the network: with a shared table each sees
+    what those before it have just learned.
 
     Parameters
     ----------
@@ -204,43 +165,31 @@ def decide_sarsa(
         Equivalence classes and Q-tables.
     owner: (agents,) int32
         Whose table an agent uses.
-    state, key_before, key: (agents, orientations) int32
-        Counts now, key at the last decision, key now (filled in place).
-    action_before, action: (agents,) int32
-        Last actions; next ones (filled in place).
-    reward: (agents,) float64
-    draws: (agents, 3) float64
-    epsilon, learning_rate, discount: float
-    learns: bool
-        Whether there is a last action to learn from.
+    step
+        See `Step`.
     scratch
         Working space.
     """
     for agent in range(owner.shape[0]):
-        shape = classes.shape[agent]
-        count = classes.phase_count[shape]
-        embed(classes, state[agent], key[agent])
-        row, variant = look_up(table.rows, classes, owner[agent], shape, key[agent], scratch)
-        if row == ABSENT or explores(draws[agent], epsilon):
+        mine, shape = owner[agent], classes.shape[agent]
+        key, key_before = step.key[agent], step.key_before[agent]
+        draws = step.draws[agent]
+        embed(classes, step.state[agent], key)
+        row, variant = look_up(table.rows, classes, mine, shape, key, scratch)
+        count, image = classes.phase_count[shape], classes.phase_image[shape, variant]
+        if row == ABSENT or explores(draws, step.epsilon):
             # An unseen state takes a random action.
-            action[agent] = uniform_action(draws[agent, 1], count)
+            action = uniform_action(draws[1], count)
         else:
-            action[agent] = greedy_action(
-                table.value[owner[agent], row],
-                classes.phase_image[shape, variant],
-                count,
-                draws[agent, 2],
-            )
-        if not learns:
+            action = greedy_action(table.value[mine, row], image, count, draws[2])
+        step.action[agent] = action
+        if not step.learns:
             continue
-        following = 0.0
-        if row != ABSENT:
-            equivalent = classes.phase_image[shape, variant, action[agent]]
-            following = table.value[owner[agent], row, equivalent]
-        last = action_before[agent]
-        row, variant = look_up(table.rows, classes, owner[agent], shape, key_before[agent], scratch)
+        following = table.value[mine, row, image[action]] if row != ABSENT else 0.0
+        last = step.action_before[agent]
+        row, variant = look_up(table.rows, classes, mine, shape, key_before, scratch)
         value = 0.0
         if row != ABSENT:
-            value = table.value[owner[agent], row, classes.phase_image[shape, variant, last]]
-        value += learning_rate * (reward[agent] + discount * following - value)
-        write(table, classes, owner[agent], shape, key_before[agent], last, value, scratch)
+            value = table.value[mine, row, classes.phase_image[shape, variant, last]]
+        value += step.learning_rate * (step.reward[agent] + step.discount * following - value)
+        write_found(table, classes, mine, shape, key_before, row, variant, last, value)

@@ -13,7 +13,7 @@ class FixedCycleSettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     green_s: float | None = Field(
-        None,
+        default=None,
         gt=0,
         allow_inf_nan=False,
         description="Green per phase in s; by default the network's own program where it has one, "
@@ -26,21 +26,26 @@ class LearnerSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    embedding: str = Field("exact", description="How states share entries: a named embedding.")
-    epsilon: float = Field(0.6, ge=0, le=1, description="Chance of a random action, ε [P].")
-    epsilon_decay: float = Field(
-        1.0, gt=0, le=1, description="Factor on ε after every decision [F in two presets]."
+    embedding: str = Field(
+        default="exact", description="How states share entries: a named embedding."
     )
-    learning_rate: float = Field(0.1, ge=0, le=1, description="Step of the SARSA update [A].")
-    discount: float = Field(0.95, ge=0, le=1, description="γ [P].")
+    epsilon: float = Field(default=0.6, ge=0, le=1, description="Chance of a random action, ε [P].")
+    epsilon_decay: float = Field(
+        default=1.0, gt=0, le=1, description="Factor on ε after every decision [F in two presets]."
+    )
+    learning_rate: float = Field(
+        default=0.1, ge=0, le=1, description="Step of the SARSA update [A]."
+    )
+    discount: float = Field(default=0.95, ge=0, le=1, description="γ [P].")
     communication: bool = Field(
-        False, description="Whether the central unit averages the memories of equal agents [P]."
+        default=False,
+        description="Whether the central unit averages the memories of equal agents [P].",
     )
     communication_period_s: int = Field(
-        100, ge=1, description="T: time between two meetings with the central unit [A]."
+        default=100, ge=1, description="T: time between two meetings with the central unit [A]."
     )
     learning: bool = Field(
-        True, description="Whether the memory changes; off for a frozen evaluation."
+        default=True, description="Whether the memory changes; off for a frozen evaluation."
     )
 
 
@@ -48,26 +53,33 @@ class SarsaSettings(LearnerSettings):
     """The non-memory agent (paper, §IV-C)."""
 
     shared: bool = Field(
-        False, description="One table for all agents of a shape, as in the training phase [A]."
+        default=False,
+        description="One table for all agents of a shape, as in the training phase [A].",
     )
 
 
 class DualMemorySettings(LearnerSettings):
     """The memory-based agent (paper, Algorithms 1–4)."""
 
-    embedding: str = Field("simple", description="How states share entries: a named embedding.")
-    epsilon: float = Field(0.4, ge=0, le=1, description="Chance of a random action, ε [P].")
-    short_capacity: int = Field(
-        16, ge=1, description="m_s: rows of short-term memory, which stages when full [A]."
+    embedding: str = Field(
+        default="simple", description="How states share entries: a named embedding."
     )
-    staged_ratio: float = Field(0.5, gt=0, le=1, description="κ: part of the rows staged [P].")
+    epsilon: float = Field(default=0.4, ge=0, le=1, description="Chance of a random action, ε [P].")
+    short_capacity: int = Field(
+        default=16, ge=1, description="m_s: rows of short-term memory, which stages when full [A]."
+    )
+    staged_ratio: float = Field(
+        default=0.5, gt=0, le=1, description="κ: part of the rows staged [P]."
+    )
     staging: Literal["value", "visits"] = Field(
-        "value",
+        default="value",
         description="Stage the rows with the highest Q (Algorithm 1) or most visits (text).",
     )
     stage_period: int = Field(
-        0, ge=0, description="T_stage of the analysis: stage every so many decisions; 0: when full."
+        default=0,
+        ge=0,
+        description="T_stage of the analysis: stage every so many decisions; 0: when full.",
     )
     significance: float = Field(
-        0.1, ge=0, description="A Q is significantly better if above old + this·|old| [A]."
+        default=0.1, ge=0, description="A Q is significantly better if above old + this·|old| [A]."
     )

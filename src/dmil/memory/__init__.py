@@ -3,7 +3,9 @@
 from dmil.memory.central import average_best, average_values
 from dmil.memory.dual import (
     DualMemory,
+    Found,
     consolidate,
+    find_both,
     recall,
     recalled_value,
     remember,
@@ -27,12 +29,14 @@ from dmil.memory.tables import (
     value_table_with_room,
     values_of,
     write,
+    write_found,
 )
 
 __all__ = [
     "ABSENT",
     "BestTable",
     "DualMemory",
+    "Found",
     "Rows",
     "Scratch",
     "ValueTable",
@@ -46,6 +50,7 @@ __all__ = [
     "clear",
     "consolidate",
     "find",
+    "find_both",
     "import_best",
     "import_values",
     "look_up",
@@ -64,4 +69,5 @@ __all__ = [
     "value_table_with_room",
     "values_of",
     "write",
+    "write_found",
 ]

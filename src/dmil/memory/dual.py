@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from dmil.compilation import kernel
-from dmil.memory.rows import ABSENT
+from dmil.memory.rows import ABSENT, find
 from dmil.memory.tables import (
     BestTable,
     IntArray,
@@ -17,11 +17,10 @@ from dmil.memory.tables import (
     best_tried,
     clear_values,
     forget_values,
-    look_up,
     look_up_or_append,
-    write,
+    write_found,
 )
-from dmil.symmetry import Classes
+from dmil.symmetry import Classes, vary
 
 
 class DualMemory(NamedTuple):
@@ -57,8 +56,28 @@ class DualMemory(NamedTuple):
 
 @kernel
 def significantly_better(value: float, than: float, significance: float) -> bool:
-    """Tell whether a Q is significantly better: q > old + significance·|old| (specification, §6)."""
+    """Tell whether a Q is significantly better: q > old + significance·|old| (§6)."""
     return value > than + significance * abs(than)
+
+
+class Found(NamedTuple):
+    """Where a key's class is in both memories: row (or `ABSENT`) and variant in each."""
+
+    short_row: int
+    short_variant: int
+    long_row: int
+    long_variant: int
+
+
+@kernel
+def find_both(
+    memory: DualMemory, classes: Classes, owner: int, shape: int, key: IntArray, scratch: Scratch
+) -> Found:
+    """Look a key's class up in both memories; valid until either of them changes."""
+    count = vary(classes, shape, key, scratch.variants)
+    short_row, short_variant = find(memory.short.rows, owner, scratch.variants, count)
+    long_row, long_variant = find(memory.long.rows, owner, scratch.variants, count)
+    return Found(short_row, short_variant, long_row, long_variant)
 
 
 @kernel
@@ -68,6 +87,7 @@ def remember(
     owner: int,
     shape: int,
     key: IntArray,
+    found: Found,
     action: int,
     value: float,
     scratch: Scratch,
@@ -77,7 +97,8 @@ def remember(
     With a stage period the memory stages when the writes since the last staging reach it. The
     counts of visits add up to just those writes, because staging empties the memory.
     """
-    write(memory.short, classes, owner, shape, key, action, value, scratch)
+    row, variant = found.short_row, found.short_variant
+    write_found(memory.short, classes, owner, shape, key, row, variant, action, value)
     size = memory.short.rows.size[owner]
     due = size >= memory.short_capacity
     if memory.stage_period > 0:
@@ -149,56 +170,42 @@ def consolidate(
 
 
 @kernel
-def recall(
-    memory: DualMemory,
-    classes: Classes,
-    owner: int,
-    shape: int,
-    key: IntArray,
-    scratch: Scratch,
-) -> int:
+def recall(memory: DualMemory, classes: Classes, owner: int, shape: int, found: Found) -> int:
     """Return the best action known for a key, −1 if its class is in neither memory.
 
     Long-term memory is read first; short-term memory wins if its Q is significantly better (paper,
     "Reading Dual-Memory"). The action is given back in the orientation of the key.
     """
-    row, variant = look_up(memory.long.rows, classes, owner, shape, key, scratch)
     best, best_value = ABSENT, 0.0
-    if row != ABSENT:
-        best = classes.phase_preimage[shape, variant, memory.long.action[owner, row]]
-        best_value = memory.long.value[owner, row]
-    row, variant = look_up(memory.short.rows, classes, owner, shape, key, scratch)
-    if row != ABSENT:
-        action = best_tried(memory.short, owner, row, classes.phase_count[shape])
+    if found.long_row != ABSENT:
+        action = memory.long.action[owner, found.long_row]
+        best = classes.phase_preimage[shape, found.long_variant, action]
+        best_value = memory.long.value[owner, found.long_row]
+    if found.short_row != ABSENT:
+        action = best_tried(memory.short, owner, found.short_row, classes.phase_count[shape])
         if action != ABSENT:
-            value = memory.short.value[owner, row, action]
+            value = memory.short.value[owner, found.short_row, action]
             if best == ABSENT or significantly_better(value, best_value, memory.significance):
-                best = classes.phase_preimage[shape, variant, action]
+                best = classes.phase_preimage[shape, found.short_variant, action]
     return best
 
 
 @kernel
 def recalled_value(
-    memory: DualMemory,
-    classes: Classes,
-    owner: int,
-    shape: int,
-    key: IntArray,
-    action: int,
-    scratch: Scratch,
+    memory: DualMemory, classes: Classes, owner: int, shape: int, found: Found, action: int
 ) -> float:
-    """Return Q of a key and an action: the short-term one if tried there, else the long-term one
-    if it is of that action, else 0 (specification, §6).
+    """Return Q of a key and an action (specification, §6).
+
+    The short-term one if the action was tried there, else the long-term one if it is of that
+    action, else 0.
     """
-    row, variant = look_up(memory.short.rows, classes, owner, shape, key, scratch)
-    if row != ABSENT:
-        equivalent = classes.phase_image[shape, variant, action]
-        if memory.short.tried[owner, row, equivalent]:
-            return memory.short.value[owner, row, equivalent]
-    row, variant = look_up(memory.long.rows, classes, owner, shape, key, scratch)
-    if (
-        row != ABSENT
-        and memory.long.action[owner, row] == classes.phase_image[shape, variant, action]
-    ):
-        return memory.long.value[owner, row]
-    return 0.0
+    value = 0.0
+    if found.long_row != ABSENT:
+        equivalent = classes.phase_image[shape, found.long_variant, action]
+        if memory.long.action[owner, found.long_row] == equivalent:
+            value = memory.long.value[owner, found.long_row]
+    if found.short_row != ABSENT:
+        equivalent = classes.phase_image[shape, found.short_variant, action]
+        if memory.short.tried[owner, found.short_row, equivalent]:
+            value = memory.short.value[owner, found.short_row, equivalent]
+    return value

@@ -1,4 +1,4 @@
-"""Start a memory from what another agent learned: the dummy agent's exact Q-table (paper, §VI-B)."""
+"""Start a memory from the dummy agent's exact Q-table (paper, §VI-B)."""
 
 from __future__ import annotations
 

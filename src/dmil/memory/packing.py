@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from dmil.compilation import kernel
+from dmil.errors import PolicyError
 from dmil.memory.rows import Rows, append
 from dmil.memory.tables import (
     BestTable,
     ValueTable,
-    best_table_with_room,
     make_best_table,
     make_value_table,
-    value_table_with_room,
 )
 
-Arrays = Mapping[str, npt.NDArray[np.generic]]
+Arrays = Mapping[str, npt.NDArray[Any]]
 
 
-def bytes_used(rows: Rows, columns: Sequence[npt.NDArray[np.generic]]) -> int:
+def bytes_used(rows: Rows, columns: Sequence[npt.NDArray[Any]]) -> int:
     """Return the memory of the rows stored and of the index over them, in bytes (ours).
 
     Parameters
@@ -31,19 +31,20 @@ def bytes_used(rows: Rows, columns: Sequence[npt.NDArray[np.generic]]) -> int:
     columns
         What is stored with each row: (owners, capacity, …) arrays.
     """
-    row_bytes = sum(
+    row_bytes: int = sum(
         array.itemsize * int(np.prod(array.shape[2:])) for array in (rows.keys, *columns)
     )
     stored = int(rows.size.sum())
     if rows.tolerance:
-        index = int(rows.node_count.sum()) * rows.nodes.shape[2] * rows.nodes.itemsize
+        # One bit per row, place and level.
+        index = stored * rows.near.shape[1] * rows.near.shape[2] // 8
     else:
         # A hash table at most half full.
         index = 2 * stored * rows.slots.itemsize
-    return stored * row_bytes + index
+    return int(stored * row_bytes + index)
 
 
-def pack(table: ValueTable | BestTable) -> dict[str, npt.NDArray[np.generic]]:
+def pack(table: ValueTable | BestTable) -> dict[str, npt.NDArray[Any]]:
     """Return the rows of all owners, one owner after the other (ours).
 
     Returns
@@ -54,7 +55,7 @@ def pack(table: ValueTable | BestTable) -> dict[str, npt.NDArray[np.generic]]:
     """
     size = table.rows.size
     used = np.arange(table.rows.keys.shape[1]) < size[:, None]
-    arrays: dict[str, npt.NDArray[np.generic]] = {
+    arrays: dict[str, npt.NDArray[Any]] = {
         "size": size.copy(),
         "keys": table.rows.keys[used],
     }
@@ -64,24 +65,63 @@ def pack(table: ValueTable | BestTable) -> dict[str, npt.NDArray[np.generic]]:
     return arrays
 
 
-def unpack_values(arrays: Arrays, tolerance: int) -> ValueTable:
-    """Rebuild a table of values from its packed form; the index grows as it did at first (ours)."""
-    size, keys, value = arrays["size"], arrays["keys"], arrays["value"]
-    table = make_value_table(
-        size.size, int(size.max(initial=0)) + 1, keys.shape[1], value.shape[1], tolerance
+def unpack_values(arrays: Arrays, like: ValueTable) -> ValueTable:
+    """Rebuild a table of values from its packed form (ours).
+
+    Parameters
+    ----------
+    arrays
+        What `pack` returned.
+    like
+        A table of the same owners, places, actions and tolerance.
+
+    Raises
+    ------
+    PolicyError
+        If the arrays are not those of such a table.
+    """
+    most = _most_rows(arrays, like)
+    owners, _, places = like.rows.keys.shape
+    table = make_value_table(owners, most, places, like.value.shape[2], like.rows.tolerance)
+    _refill(table, arrays)
+    return table
+
+
+def unpack_bests(arrays: Arrays, like: BestTable) -> BestTable:
+    """Rebuild a table of best actions from its packed form; see `unpack_values` (ours)."""
+    most = _most_rows(arrays, like)
+    owners, _, places = like.rows.keys.shape
+    table = make_best_table(owners, most, places, like.rows.tolerance)
+    _refill(table, arrays)
+    return table
+
+
+def _most_rows(arrays: Arrays, like: ValueTable | BestTable) -> int:
+    """Check packed arrays against a table; return the most rows that an owner has."""
+    size = arrays.get("size")
+    owners, _, places = like.rows.keys.shape
+    if size is None or size.shape != (owners,) or size.dtype != np.int32 or size.min() < 0:
+        raise _misfit("size", size, f"{owners} numbers of rows")
+    expected: dict[str, tuple[tuple[int, ...], object]] = {
+        "keys": ((places,), like.rows.keys.dtype)
+    }
+    for name, column in like._asdict().items():
+        if name != "rows":
+            expected[name] = (column.shape[2:], column.dtype)
+    for name, (shape, dtype) in expected.items():
+        found, wanted = arrays.get(name), (int(size.sum()), *shape)
+        if found is None or found.shape != wanted or found.dtype != dtype:
+            raise _misfit(name, found, f"{wanted} {dtype}")
+    return int(size.max())
+
+
+def _misfit(name: str, found: npt.NDArray[Any] | None, expected: str) -> PolicyError:
+    return PolicyError(
+        "missing" if found is None else f"{found.shape} {found.dtype}",
+        where=f"saved memory, array '{name}'",
+        expected=expected,
+        mend="use it with the network and the settings that it was saved with",
     )
-    table = value_table_with_room(table, int(size.max(initial=0)))
-    _refill(table, arrays)
-    return table
-
-
-def unpack_bests(arrays: Arrays, tolerance: int) -> BestTable:
-    """Rebuild a table of best actions from its packed form (ours)."""
-    size, keys = arrays["size"], arrays["keys"]
-    table = make_best_table(size.size, int(size.max(initial=0)) + 1, keys.shape[1], tolerance)
-    table = best_table_with_room(table, int(size.max(initial=0)))
-    _refill(table, arrays)
-    return table
 
 
 def _refill(table: ValueTable | BestTable, arrays: Arrays) -> None:

@@ -16,9 +16,9 @@ from dmil.memory.rows import (
     copy_rows,
     find,
     is_short_of_room,
+    larger_capacity,
     make_rows,
     rows_of,
-    with_room,
 )
 from dmil.symmetry import Classes, vary
 
@@ -87,51 +87,53 @@ def value_table_with_room(table: ValueTable, more: int) -> ValueTable:
     """Return the table with room for ``more`` rows per owner, the same one if it has it (ours)."""
     if not is_short_of_room(table.rows, more):
         return table
-    rows = with_room(table.rows, more)
-    capacity = rows.keys.shape[1]
-    return ValueTable(
-        rows,
-        _longer(table.value, capacity),
-        _longer(table.tried, capacity),
-        _longer(table.visits, capacity),
-    )
+    owners = np.arange(table.rows.size.size)
+    return values_of(table, owners, larger_capacity(table.rows, more))
 
 
 def best_table_with_room(table: BestTable, more: int) -> BestTable:
     """Return the table with room for ``more`` rows per owner, the same one if it has it (ours)."""
     if not is_short_of_room(table.rows, more):
         return table
-    rows = with_room(table.rows, more)
-    capacity = rows.keys.shape[1]
-    return BestTable(rows, _longer(table.action, capacity), _longer(table.value, capacity))
+    owners = np.arange(table.rows.size.size)
+    return bests_of(table, owners, larger_capacity(table.rows, more))
 
 
-def values_of(table: ValueTable, owners: IntArray) -> ValueTable:
-    """Give each new owner a copy of the table of the old owner that is named for it (ours)."""
-    rows = rows_of(table.rows, owners)
-    capacity = rows.keys.shape[1]
-    value, tried, visits = (_for_owners(array, owners, capacity) for array in table[1:])
-    return ValueTable(rows, value, tried, visits)
+def values_of(table: ValueTable, owners: npt.NDArray[np.integer], capacity: int) -> ValueTable:
+    """Give each new owner a copy of the table of the old owner that is named for it (ours).
+
+    Parameters
+    ----------
+    table
+        What is copied.
+    owners: (new owners,) int
+    capacity: int
+        Room for rows in the copies, at least what the table uses.
+    """
+    return ValueTable(
+        rows=rows_of(table.rows, owners, capacity),
+        value=_column_of(table.rows, table.value, owners, capacity),
+        tried=_column_of(table.rows, table.tried, owners, capacity),
+        visits=_column_of(table.rows, table.visits, owners, capacity),
+    )
 
 
-def bests_of(table: BestTable, owners: IntArray) -> BestTable:
-    """Give each new owner a copy of the table of the old owner that is named for it (ours)."""
-    rows = rows_of(table.rows, owners)
-    capacity = rows.keys.shape[1]
-    action, value = (_for_owners(array, owners, capacity) for array in table[1:])
-    return BestTable(rows, action, value)
+def bests_of(table: BestTable, owners: npt.NDArray[np.integer], capacity: int) -> BestTable:
+    """Do for a table of best actions what `values_of` does for one of values (ours)."""
+    return BestTable(
+        rows=rows_of(table.rows, owners, capacity),
+        action=_column_of(table.rows, table.action, owners, capacity),
+        value=_column_of(table.rows, table.value, owners, capacity),
+    )
 
 
-def _for_owners(array: npt.NDArray[Scalar], owners: IntArray, capacity: int) -> npt.NDArray[Scalar]:
-    if capacity > array.shape[1]:
-        array = _longer(array, capacity)
-    return array[owners, :capacity]
-
-
-def _longer(array: npt.NDArray[Scalar], capacity: int) -> npt.NDArray[Scalar]:
-    longer = np.zeros((array.shape[0], capacity, *array.shape[2:]), array.dtype)
-    longer[:, : array.shape[1]] = array
-    return longer
+def _column_of(
+    rows: Rows, column: npt.NDArray[Scalar], owners: npt.NDArray[np.integer], capacity: int
+) -> npt.NDArray[Scalar]:
+    used = int(rows.size.max())
+    copies = np.zeros((owners.size, capacity, *column.shape[2:]), column.dtype)
+    copies[:, :used] = column[owners, :used]
+    return copies
 
 
 class Scratch(NamedTuple):
@@ -140,12 +142,10 @@ class Scratch(NamedTuple):
     Attributes
     ----------
     variants: (symmetries, places) int32
-    walk: (2, places + 1) int32
     key: (places,) int32
     """
 
     variants: IntArray
-    walk: IntArray
     key: IntArray
 
 
@@ -154,7 +154,6 @@ def make_scratch(classes: Classes) -> Scratch:
     _, variants, places = classes.orientation_image.shape
     return Scratch(
         variants=np.zeros((variants, places), np.int32),
-        walk=np.zeros((2, places + 1), np.int32),
         key=np.zeros(places, np.int32),
     )
 
@@ -171,7 +170,7 @@ def look_up(
         The row (−1 if there is none) and the symmetry that carries the key to it.
     """
     count = vary(classes, shape, key, scratch.variants)
-    return find(rows, owner, scratch.variants, count, scratch.walk)
+    return find(rows, owner, scratch.variants, count)
 
 
 @kernel
@@ -195,20 +194,31 @@ def write(
     action: int,
     value: float,
     scratch: Scratch,
-) -> int:
-    """Store Q for a key's class and the equivalent action (Algorithm 1, lines 5–11).
+) -> None:
+    """Store Q for a key's class and the equivalent action (Algorithm 1, lines 5–11)."""
+    row, variant = look_up(table.rows, classes, owner, shape, key, scratch)
+    write_found(table, classes, owner, shape, key, row, variant, action, value)
 
-    Returns
-    -------
-    row: int
-        The row written.
-    """
-    row, variant = look_up_or_append(table.rows, classes, owner, shape, key, scratch)
+
+@kernel
+def write_found(
+    table: ValueTable,
+    classes: Classes,
+    owner: int,
+    shape: int,
+    key: IntArray,
+    row: int,
+    variant: int,
+    action: int,
+    value: float,
+) -> None:
+    """Store Q where a look-up of the key has just found its class, or found none (`ABSENT`)."""
+    if row == ABSENT:
+        row, variant = append(table.rows, owner, key), 0
     equivalent = classes.phase_image[shape, variant, action]
     table.value[owner, row, equivalent] = value
     table.tried[owner, row, equivalent] = True
     table.visits[owner, row] += 1
-    return row
 
 
 @kernel

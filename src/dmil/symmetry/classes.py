@@ -104,10 +104,12 @@ def embed(classes: Classes, state: IntArray, key: IntArray) -> None:
         largest = max(largest, state[j])
     for j in range(state.shape[0]):
         value = state[j]
-        if levels > 0 and largest > 0:
+        # Divisions take most of the time here, so there is none that changes nothing.
+        if levels > 0 and value > 0:
             # ⌊B·x/max + ½⌋ in whole numbers, so that no rounding of floats can split a class.
             value = (2 * levels * value + largest) // (2 * largest)
-        key[j] = (value + offset) // width
+        value += offset
+        key[j] = value // width if width > 1 else value
 
 
 @kernel
@@ -128,4 +130,4 @@ def vary(classes: Classes, shape: int, key: IntArray, variants: IntArray) -> int
         image = classes.orientation_image[shape, g]
         for j in range(key.shape[0]):
             variants[g, image[j]] = key[j]
-    return count
+    return int(count)

@@ -1,8 +1,9 @@
 """Embeddings: which states share one memory entry.
 
-An embedding is data. A state becomes a key in two steps, scale and cells, each of which may be off;
-two keys then belong to one class if a symmetry of the intersection carries one to within a tolerance
-of the other. The paper's classes and ours are values of these fields, and so is one of your own.
+An embedding is data. A state becomes a key in two steps, scale and cells, each of which may be
+off; two keys then belong to one class if a symmetry of the intersection carries one to within a
+tolerance of the other. The paper's classes and ours are values of these fields, and so is one of
+your own.
 """
 
 from __future__ import annotations

@@ -1,0 +1,188 @@
+"""What the tabular learners share: Algorithm 4's loop over decisions, for all agents at once."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import NamedTuple
+
+import numpy as np
+
+from dmil.controllers.agents import Agents, agents_of, classes_of
+from dmil.controllers.choice import DRAWS
+from dmil.controllers.meetings import Meetings
+from dmil.controllers.prior import Prior
+from dmil.controllers.protocol import Arrays, FloatArray, IntArray, Situation
+from dmil.controllers.settings import LearnerSettings
+from dmil.errors import PolicyError
+from dmil.memory import make_scratch
+from dmil.network import RoadNetwork
+from dmil.simulation import Observation
+from dmil.symmetry import Classes, embedding
+
+FIRST_CAPACITY = 64
+
+
+class Step(NamedTuple):
+    """One decision of all agents, as the compiled kernels take it.
+
+    Attributes
+    ----------
+    state: (agents, orientations) int32
+        Vehicles queued now.
+    key_before, key: (agents, orientations) int32
+        Key at the last decision; key now, filled in place.
+    action_before, action: (agents,) int32
+        Last actions; next ones, filled in place.
+    reward: (agents,) float64
+        Reward of the last action.
+    draws: (agents, 3) float64
+        See `dmil.controllers.choice.DRAWS`.
+    epsilon, learning_rate, discount: float
+    learns: bool
+        Whether there is a last action to learn from.
+    """
+
+    state: IntArray
+    key_before: IntArray
+    key: IntArray
+    action_before: IntArray
+    action: IntArray
+    reward: FloatArray
+    draws: FloatArray
+    epsilon: float
+    learning_rate: float
+    discount: float
+    learns: bool
+
+
+class TabularLearner(ABC):
+    """One agent per intersection; what an agent remembers is its subclass's.
+
+    Parameters
+    ----------
+    settings
+        What all learners share.
+    prior
+        What to start from.
+    """
+
+    settings: LearnerSettings
+
+    def __init__(self, settings: LearnerSettings, prior: Prior | None) -> None:
+        self.settings = settings
+        self._embedding = embedding(settings.embedding)
+        self._prior = prior
+        self._agents: Agents | None = None
+        # Per shape of intersection, how many leading rows all its agents have in common.
+        self._common = np.zeros(0, np.int32)
+
+    def begin(self, situation: Situation) -> None:
+        """Get ready for a run; what was learned in an earlier run on the same shapes stays.
+
+        Raises
+        ------
+        PolicyError
+            If this controller, or the prior, learned on intersections of other shapes.
+        """
+        network = situation.network
+        agents = agents_of(network)
+        is_new = self._agents is None
+        if self._agents is not None and not self._fits(self._agents, agents):
+            raise PolicyError(
+                "it learned on intersections of other shapes",
+                where=f"controller on network '{network.name}'",
+                expected="the network that it learned on, or one of the same shapes in its order",
+                mend="make a new controller for another network",
+            )
+        self._agents = agents
+        self._classes = classes_of(network, self._embedding)
+        self._scratch = make_scratch(self._classes)
+        self._rng, self._epsilon = situation.rng, self.settings.epsilon
+        self._meetings = Meetings(self.settings)
+        count, places = len(network.intersections), self._classes.orientation_image.shape[2]
+        self._key, self._key_before = np.zeros((2, count, places), np.int32)
+        self._action = np.zeros(count, np.int32)
+        if is_new:
+            check_prior(self._prior, self._classes, network)
+            self._start(network, agents)
+
+    def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
+        """Choose ε-greedily, learn from the last choice, meet the central unit when it is time."""
+        settings, count = self.settings, self._action.size
+        step = Step(
+            state=observation.queue_veh,
+            key_before=self._key,
+            key=self._key_before,
+            action_before=self._action,
+            action=np.empty_like(self._action),
+            reward=np.zeros(count) if reward is None else reward,
+            draws=self._rng.random((count, DRAWS)),
+            epsilon=self._epsilon,
+            learning_rate=settings.learning_rate,
+            discount=settings.discount,
+            learns=settings.learning and reward is not None,
+        )
+        self._take(step)
+        self._key_before, self._key, self._action = step.key_before, step.key, step.action
+        self._epsilon *= settings.epsilon_decay
+        if settings.learning and self._meetings.due(observation.time_s):
+            self._meet()
+        return step.action
+
+    @property
+    def agents(self) -> Agents:
+        """The agents that this controller controls."""
+        assert self._agents is not None, "begin comes before anything else"
+        return self._agents
+
+    def _fits(self, known: Agents, agents: Agents) -> bool:
+        return known.signatures == agents.signatures and np.array_equal(known.shape, agents.shape)
+
+    @abstractmethod
+    def arrays(self) -> Arrays:
+        """Return all that was learned as flat arrays, as `restore` takes them."""
+
+    @abstractmethod
+    def restore(self, arrays: Arrays) -> None:
+        """Replace all that was learned; call after `begin`."""
+
+    @abstractmethod
+    def _start(self, network: RoadNetwork, agents: Agents) -> None:
+        """Make the memories to start from."""
+
+    @abstractmethod
+    def _take(self, step: Step) -> None:
+        """Take one decision: choose, and learn from the last choice."""
+
+    @abstractmethod
+    def _meet(self) -> None:
+        """Send the memories to the central unit and take over what it returns."""
+
+
+def check_prior(prior: Prior | None, classes: Classes, network: RoadNetwork) -> None:
+    """Raise an error if a prior cannot have been learned on a network (ours).
+
+    Raises
+    ------
+    PolicyError
+        If it has another number of shapes, movements or phases.
+    """
+    if prior is None:
+        return
+    shapes, _, places = classes.orientation_image.shape
+    fitting = (shapes, places, classes.phase_image.shape[2])
+    found = (*prior.table.rows.keys.shape[::2], prior.table.value.shape[2])
+    if found != fitting:
+        raise PolicyError(
+            "a Q-table of {} shapes with up to {} movements and {} phases".format(*found),
+            where=f"prior of a controller on network '{network.name}'",
+            expected="{}, {} and {}".format(*fitting),
+            mend="train the prior on the same network",
+        )
+    if prior.table.rows.tolerance:
+        raise PolicyError(
+            "a Q-table of classes of states",
+            where="prior of a controller",
+            expected="an exact one, which can be read into any embedding",
+            mend="train the prior with the embedding 'exact'",
+        )
