@@ -75,7 +75,7 @@ def scenario(
         made = made if demand is None else replace(made, demand=demand)
     else:
         raise unknown_name("scenario", name, _NAMES)
-    return _with_load(made, load)
+    return with_load(made, load)
 
 
 def _grid_size(name: str) -> tuple[int, int]:
@@ -90,7 +90,14 @@ def _grid_size(name: str) -> tuple[int, int]:
     return int(match[1]), int(match[2])
 
 
-def _with_load(made: Scenario, load: float) -> Scenario:
+def with_load(made: Scenario, load: float) -> Scenario:
+    """Return a scenario with ``load`` times its demand (ours).
+
+    Raises
+    ------
+    InputError
+        If the load is no number of 0 or more, or the demand cannot be scaled.
+    """
     check_load(load)
     if load == 1.0:
         return made

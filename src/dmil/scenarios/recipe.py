@@ -1,0 +1,106 @@
+"""A scenario as a user asks for it: a name or two files, and what to change about it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from dmil.errors import InputError
+from dmil.scenarios.cityflow import cityflow_scenario
+from dmil.scenarios.model import QueueDynamics, Scenario, SignalTiming
+from dmil.scenarios.registry import scenario, with_load
+
+
+def _changed(kind: type[BaseModel], name: str) -> Any:
+    """Offer a field of a scenario's settings for change: the same limits and text, no default."""
+    original = kind.model_fields[name]
+    field: Any = Field(None, description=original.description)
+    field.metadata = list(original.metadata)
+    return field
+
+
+class TimingChanges(BaseModel):
+    """Signal timing that differs from the scenario's own."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    decision_interval_s: int | None = _changed(SignalTiming, "decision_interval_s")
+    clearance_s: int | None = _changed(SignalTiming, "clearance_s")
+    min_green_s: int | None = _changed(SignalTiming, "min_green_s")
+    startup_lost_s: int | None = _changed(SignalTiming, "startup_lost_s")
+
+
+class DynamicsChanges(BaseModel):
+    """Queue dynamics that differ from the scenario's own."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    saturation_flow_veh_per_s: float | None = _changed(QueueDynamics, "saturation_flow_veh_per_s")
+    storage: bool | None = _changed(QueueDynamics, "storage")
+    vehicle_space_m: float | None = _changed(QueueDynamics, "vehicle_space_m")
+
+
+class ScenarioRecipe(BaseModel):
+    """What a scenario is made from; as JSON it is small, while a scenario holds whole networks."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    scenario: str | None = Field(
+        None, description="Name of the scenario, such as grid:5x5 or cityflow:FOLDER."
+    )
+    roadnet: Path | None = Field(
+        None, description="Road network in CityFlow's format; with a flow, instead of a name."
+    )
+    flow: Path | None = Field(
+        None, description="Vehicles in CityFlow's format, on the roads of that network."
+    )
+    horizon_s: int | None = Field(
+        None,
+        ge=1,
+        description="Length of a run in s; by default 300 on grids, and until the last departure, "
+        "rounded up to 600 s, for recorded vehicles.",
+    )
+    load: float = Field(
+        1.0,
+        ge=0,
+        allow_inf_nan=False,
+        description="Factor on the demand; 2 means twice as many vehicles.",
+    )
+    timing: TimingChanges = Field(TimingChanges(), description="When signals may change.")
+    dynamics: DynamicsChanges = Field(DynamicsChanges(), description="How queues discharge.")
+
+    def build(self) -> Scenario:
+        """Make the scenario (ours).
+
+        Raises
+        ------
+        InputError
+            If it is not said which, or its files or the changes are not valid.
+        """
+        made = self._named()
+        return replace(
+            made,
+            timing=SignalTiming(**made.timing.model_dump() | _given(self.timing)),
+            dynamics=QueueDynamics(**made.dynamics.model_dump() | _given(self.dynamics)),
+        )
+
+    def _named(self) -> Scenario:
+        files = self.roadnet, self.flow
+        if self.scenario is not None and files == (None, None):
+            return scenario(self.scenario, horizon_s=self.horizon_s, load=self.load)
+        if self.scenario is None and self.roadnet is not None and self.flow is not None:
+            made = cityflow_scenario(self.roadnet, self.flow, horizon_s=self.horizon_s)
+            return with_load(made, self.load)
+        given = [name for name in ("scenario", "roadnet", "flow") if getattr(self, name)]
+        raise InputError(
+            f"only {given[0]}" if len(given) == 1 else " and ".join(given) or "none is given",
+            where="scenario",
+            expected="either the name of a scenario, such as grid:5x5, or both roadnet and flow",
+        )
+
+
+def _given(changes: BaseModel) -> dict[str, Any]:
+    return changes.model_dump(exclude_none=True)
