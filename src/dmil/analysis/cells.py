@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import polars as pl
@@ -22,6 +23,11 @@ CELL: tuple[str, ...] = (
     "embedding",
     "communication",
     "epsilon",
+)
+
+#: All states that an agent stores, as SQL over the columns of ``series``.
+ENTRIES = (
+    "coalesce(short_term_entries, 0) + coalesce(long_term_entries, 0) + coalesce(table_entries, 0)"
 )
 
 PRESET_ORDER = ("literal", "decaying", "matched")
@@ -52,11 +58,11 @@ class Cells:
     seeds: tuple[int, ...]
     measures: dict[str, NDArray[np.float64]]
 
-    def __post_init__(self) -> None:
-        index = {key: number for number, key in enumerate(self.table.rows())}
-        object.__setattr__(self, "_index", index)
+    @cached_property
+    def _numbers(self) -> dict[Key, int]:
+        return {key: number for number, key in enumerate(self.table.rows())}
 
-    @property
+    @cached_property
     def presets(self) -> list[str]:
         """Presets, those of the paper first."""
         return ordered(self.table["preset"].unique().to_list(), PRESET_ORDER)
@@ -75,17 +81,9 @@ class Cells:
         self, preset: str, scenario: str, reward: str, architecture: Architecture
     ) -> int | None:
         """Return the number of a learning agent's cell, None if it was not run."""
-        return self._number(
-            (
-                preset,
-                scenario,
-                reward,
-                architecture.controller,
-                architecture.embedding,
-                architecture.communication,
-                architecture.epsilon,
-            )
-        )
+        a = architecture
+        key = (preset, scenario, reward, a.controller, a.embedding, a.communication, a.epsilon)
+        return self._numbers.get(key)
 
     def baseline(self, preset: str, scenario: str, controller: str) -> int | None:
         """Return the number of a baseline's cell, None if it was not run.
@@ -93,14 +91,10 @@ class Cells:
         A baseline does not depend on the preset: if the preset has none, another's stands in.
         """
         for name in (preset, *self.presets):
-            number = self._number((name, scenario, None, controller, None, False, None))
+            number = self._numbers.get((name, scenario, None, controller, None, False, None))
             if number is not None:
                 return number
         return None
-
-    def _number(self, key: Key) -> int | None:
-        index: dict[Key, int] = self._index  # type: ignore[attr-defined]
-        return index.get(key)
 
     def columns(self, measure: str, numbers: Sequence[int | None]) -> NDArray[np.float64]:
         """Return a measure of several cells as (seeds, numbers); NaN columns for None."""
@@ -188,8 +182,7 @@ def _slopes(results: Results) -> pl.DataFrame:
     return results.query(
         f"""
         select {", ".join(CELL)}, seed,
-            regr_slope(coalesce(short_term_entries, 0) + coalesce(long_term_entries, 0)
-                       + coalesce(table_entries, 0), decision) as entries_per_decision
+            regr_slope({ENTRIES}, decision) as entries_per_decision
         from (select *, row_number() over (
                   partition by {", ".join(CELL)}, seed order by time_s) as decision from series)
         group by all

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import polars as pl
 
-from dmil.analysis.cells import CELL, LEARNERS, Cells, arrange, cells_of, ordered
+from dmil.analysis.cells import CELL, ENTRIES, LEARNERS, Cells, arrange, cells_of, ordered
 from dmil.analysis.paper import PAPER_COLUMNS, PAPER_REWARDS, TABLE_II, architecture_of
 from dmil.results import Results
 from dmil.seeding import stream
@@ -147,26 +147,32 @@ def sensitivity(results: Results | Cells) -> pl.DataFrame:
     )
 
 
-def curves(results: Results, measure: str, preset: str, scenario: str) -> pl.DataFrame:
+def curves(
+    results: Results, measure: str, preset: str, scenario: str, *, since_start: bool = False
+) -> pl.DataFrame:
     """Return a measure of every cell of one preset and scenario over time (ours).
 
     Parameters
     ----------
+    results
+        Results of a study.
     measure
         A numeric column of ``series``, or ``entries``, all states an agent stores.
+    preset, scenario
+        Which cells.
+    since_start
+        Return by how much the measure has changed since the first time of each run.
 
     Returns
     -------
     Columns of a cell, ``time_s``, ``mean``, ``low`` and ``high`` over seeds. Baselines that ran
     under another preset only are taken from there.
     """
-    value = (
-        "coalesce(short_term_entries, 0) + coalesce(long_term_entries, 0)"
-        " + coalesce(table_entries, 0)"
-        if measure == "entries"
-        else f'"{measure}"'
-    )
+    value = ENTRIES if measure == "entries" else f'"{measure}"'
     learners = ", ".join(f"'{name}'" for name in LEARNERS)
+    if since_start:
+        run = f"partition by {', '.join(CELL)}, seed order by time_s"
+        value = f"({value}) - first_value({value}) over ({run})"
     rows = results.query(
         f"""
         select {", ".join(CELL)}, seed, time_s, {value} as value from series

@@ -1,7 +1,8 @@
-"""What the paper leaves open and how this run filled it: assumed [A], fitted [F], stated [P]."""
+"""What the paper leaves open and how this run filled it: assumed [A] or fitted [F]."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -9,29 +10,23 @@ from typing import Any
 from pydantic import BaseModel
 
 from dmil.controllers.settings import DualMemorySettings, SarsaSettings
+from dmil.studies.settings import PaperStudySettings, Preset
 
-#: Readings that are built in or set per study rather than per controller: mark, meaning, and the
-#: name under which a configuration may hold the value.
-_READINGS: tuple[tuple[str, str, str], ...] = (
-    ("A", "arrival rates λ = 5, 5, 10, 7 are per minute", "rate_veh_per_min"),
-    ("A", "a turning vehicle on a shortest path takes a coin drawn in advance", "route_choice"),
-    ("A", "v* = 1 vehicle per step and orientation", "saturation_flow_veh_per_s"),
-    ("A", "links between intersections take 5 steps, entry links 0", "link_time_s"),
-    ("A", "no time is lost when signals change", "clearance_s"),
-    ("A", "the table's W is divided by V_c at the horizon", "headline"),
-    ("A", "tests last 300 steps", "horizon_s"),
-    ("A", "an unseen state takes a uniformly random action", "unseen"),
-    ("A", "the simple classes match by the largest difference of a lane, at most 1", "radius"),
-    ("F", "the complex classes scale states to 5 levels", "levels"),
-    ("F", "ε is multiplied by .95 per decision under decaying and matched", "epsilon_decay"),
-    ("F", "training is ten times as long as a test under matched", "training_factor"),
-    (
-        "F",
-        '"No Memory" is SARSA on the simple classes under matched, exact SARSA else',
-        "no_memory",
-    ),
-    ("A", "dual memory imports the best κ of the trained rows through Algorithm 2", "import_rule"),
+#: Readings that are built in, not settings of a study.
+_BUILT_IN: tuple[tuple[str, str, str], ...] = (
+    ("F", "the complex classes scale a state to levels 0 to B", "B = 5"),
+    ("A", "arrival rates λ are vehicles per minute", "5, 5, 10, 7 for E, N, W, S"),
+    ("A", "a vehicle with two shortest ways takes a coin drawn in advance", "at every turn"),
+    ("A", "v*, vehicles that a served orientation discharges per step", "1"),
+    ("A", "time on a link between intersections, and on an entry link", "5 s, 0 s"),
+    ("A", "time lost when signals change", "0 s"),
+    ("A", "what the paper's W is divided by", "V_c at the horizon"),
+    ("A", "action in a state without an entry", "uniformly random"),
+    ("A", "distance within which simple classes match", "1 vehicle in any orientation"),
+    ("A", "what dual memory takes from the trained table", "the best κ of its rows"),
 )
+
+_MARK = re.compile(r"\s*\[[^\]]*\b([AF])\b[^\]]*\]")
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +40,7 @@ class Assumption:
     meaning
         What was chosen.
     value
-        The value this study used, or the default that holds if the manifest does not say.
+        The value this study used.
     """
 
     mark: str
@@ -54,28 +49,28 @@ class Assumption:
 
 
 def assumptions(configuration: Mapping[str, Any]) -> list[Assumption]:
-    """List what was assumed or fitted, with the values of a configuration (ours).
+    """List what was assumed or fitted, fitted first (ours).
+
+    The marks stand in the descriptions of the settings; the values are those of this study.
 
     Parameters
     ----------
     configuration
-        ``configuration`` of a manifest; any nesting.
+        ``configuration`` of a manifest; settings that it lacks have their defaults.
     """
-    used = dict(_leaves(configuration))
+    used = list(_leaves(configuration))
     found = [
-        Assumption(mark, meaning, _lookup(used, name, "")) for mark, meaning, name in _READINGS
+        Assumption(mark, meaning, _preset_values(used, name) or default)
+        for name, mark, meaning, default in _marked(Preset)
     ]
-    seen: set[str] = set()
-    for settings in (SarsaSettings, DualMemorySettings):
-        for name, field in _marked(settings):
-            if name in seen:
-                continue
-            seen.add(name)
-            text = field.description or name
-            mark = "F" if "[F" in text else "A"
-            meaning = text.split(" [")[0].removesuffix(".")
-            found.append(Assumption(mark, meaning, _lookup(used, name, str(field.default))))
-    return [*(a for a in found if a.mark == "F"), *(a for a in found if a.mark == "A")]
+    seen = set(Preset.model_fields)
+    for settings in (PaperStudySettings, SarsaSettings, DualMemorySettings):
+        for name, mark, meaning, default in _marked(settings):
+            if name not in seen:
+                seen.add(name)
+                found.append(Assumption(mark, meaning, _values(used, name) or default))
+    found += [Assumption(*reading) for reading in _BUILT_IN]
+    return sorted(found, key=lambda item: item.mark != "F")
 
 
 def configuration_rows(configuration: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -91,15 +86,28 @@ def find_value(configuration: Mapping[str, Any], name: str, default: Any) -> Any
     return default
 
 
-def _marked(settings: type[BaseModel]) -> Iterator[tuple[str, Any]]:
+def _marked(settings: type[BaseModel]) -> Iterator[tuple[str, str, str, str]]:
+    """Yield name, mark, meaning and default of the fields that are not the paper's."""
     for name, field in settings.model_fields.items():
-        if name != "epsilon_decay" and field.description and "[A" in field.description:
-            yield name, field
+        description = field.description or ""
+        found = _MARK.search(description)
+        if found:
+            meaning = _MARK.sub("", description).rstrip(".")
+            yield name, found[1], meaning, _text(field.default)
 
 
-def _lookup(used: Mapping[str, Any], name: str, default: str) -> str:
-    values = {_text(v) for key, v in used.items() if key.rsplit(".", 1)[-1] == name}
-    return ", ".join(sorted(values)) or default
+def _values(used: list[tuple[str, Any]], name: str) -> str:
+    values = {_text(value) for key, value in used if key.rsplit(".", 1)[-1] == name}
+    return ", ".join(sorted(values))
+
+
+def _preset_values(used: list[tuple[str, Any]], name: str) -> str:
+    found = []
+    for key, value in used:
+        parts = key.split(".")
+        if parts[-1] == name and len(parts) > 2 and parts[-3] == "presets":
+            found.append(f"{parts[-2]} {_text(value)}")
+    return ", ".join(found)
 
 
 def _leaves(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:

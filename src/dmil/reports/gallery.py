@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
 import polars as pl
 
 from dmil.analysis import curves
-from dmil.analysis.cells import Cells
-from dmil.analysis.paper import EPSILON_NON_MEMORY, Architecture, intersections_of
+from dmil.analysis.cells import CELL, ENTRIES, Cells, ordered
+from dmil.analysis.paper import PAPER_COLUMNS, intersections_of
 from dmil.controllers.settings import DualMemorySettings
 from dmil.reports import cell_charts, time_charts
 from dmil.reports.assumptions import find_value
@@ -106,12 +105,12 @@ def _of_scenario(
 ) -> list[tuple[str, str, str, str, Chart | None]]:
     slug = "".join(letter if letter.isalnum() else "-" for letter in scenario)
     arrived = curves(results, "arrived_veh", preset, scenario)
-    entries = curves(results, "entries", preset, scenario)
-    sizes = curves(results, "msize_per_agent", preset, scenario)
-    settings = _memory_settings(results, cells, entries, sizes, preset, scenario)
+    entries = curves(results, "entries", preset, scenario, since_start=True)
+    sizes = curves(results, "msize_per_agent", preset, scenario, since_start=True)
+    settings = _memory_settings(results, scenario)
     bounded = (
-        " Dotted: the most that each memory can hold after as many decisions, by the corrected "
-        "theory; a run must stay below."
+        " Dotted: the most that may be added in as many decisions, by the corrected theory; no run "
+        "can lie above."
         if settings
         else ""
     )
@@ -131,19 +130,20 @@ def _of_scenario(
             time_charts.arrivals_by_architecture(arrived, scenario),
         ),
         (
-            f"memory_entries_{slug}",
+            f"memory_growth_{slug}",
             "memory",
             scenario,
-            "Like the paper's Fig. 5: rows of SARSA's table, or rows of short- and long-term "
-            "memory together.",
-            time_charts.memory_entries(entries, scenario),
+            "Like the paper's Fig. 5: rows of SARSA's table, or of short- and long-term memory "
+            "together, added since the start. States per agent from start to end: "
+            f"{_stored(results, preset, scenario)}.",
+            time_charts.memory_growth(entries, scenario),
         ),
         (
             f"memory_size_{slug}",
             "memory",
             scenario,
-            "The paper's size: 3 m_L + |A| m_s values for dual memory, |A| m_Q for SARSA."
-            + bounded,
+            "The paper's size, 3 m_L + |A| m_s values for dual memory and |A| m_Q for SARSA, added "
+            "since the start." + bounded,
             time_charts.memory_size(sizes, scenario, settings),
         ),
         (
@@ -157,31 +157,35 @@ def _of_scenario(
     ]
 
 
-def _memory_settings(
-    results: Results,
-    cells: Cells,
-    entries: pl.DataFrame,
-    sizes: pl.DataFrame,
-    preset: str,
-    scenario: str,
-) -> MemorySettings | None:
-    """Find what the bounds need, where the runs tell it: actions and imported rows."""
+def _stored(results: Results, preset: str, scenario: str) -> str:
+    """Say how many states the agents of the memory figures store, at the start and at the end."""
+    ends = results.query(
+        f"""
+        select {", ".join(CELL)}, time_s, avg({ENTRIES}) as mean, mean as low, mean as high
+        from series where preset = '{preset}' and scenario = '{scenario}' and time_s in
+            (select unnest([min(time_s), max(time_s)]) from series where scenario = '{scenario}')
+        group by all order by time_s
+        """
+    )
+    lines, _ = time_charts.memory_lines(ends)
+    stored = dict(lines.group_by("line", maintain_order=True).agg("mean").rows())
+    return "; ".join(
+        f"{line} {stored[line][0]:,.0f} to {stored[line][-1]:,.0f}"
+        for line in ordered(list(stored), ("SARSA exact", *PAPER_COLUMNS))
+    )
+
+
+def _memory_settings(results: Results, scenario: str) -> MemorySettings | None:
+    """Find what the bounds need: |A| from SARSA's size and rows, the rest in the manifest."""
     if intersections_of(scenario) is None:
         return None  # intersections may differ in their actions
-    table = Architecture("sarsa", "exact", False, EPSILON_NON_MEMORY)
-    reward = "entropy" if "entropy" in cells.rewards else next(iter(cells.rewards), "")
-    if cells.find(preset, scenario, reward, table) is None:
-        return None
-    is_table = (
-        (pl.col("controller") == "sarsa")
-        & (pl.col("embedding") == "exact")
-        & ~pl.col("communication")
-        & (pl.col("reward") == reward)
-        & (pl.col("epsilon") == EPSILON_NON_MEMORY)
-    )
-    rows = entries.filter(is_table).sort("time_s")["mean"]
-    size = sizes.filter(is_table).sort("time_s")["mean"]
-    if rows.is_empty() or rows.null_count() or size.null_count() or not rows[-1]:
+    actions = results.query(
+        f"""
+        select max(round(msize_per_agent / table_entries)) as actions from series
+        where controller = 'sarsa' and table_entries > 0 and scenario = '{scenario}'
+        """
+    ).item()
+    if actions is None:
         return None
     configuration = results.manifest.get("configuration", {})
 
@@ -190,11 +194,10 @@ def _memory_settings(
 
     period = int(setting("stage_period"))
     return MemorySettings(
-        actions=round(size[-1] / rows[-1]),
+        actions=int(actions),
         staged_ratio=float(setting("staged_ratio")),
         stage_period=period or int(setting("short_capacity")),
         rule="period" if period else "full",
-        imported=math.ceil(rows[0]),
     )
 
 

@@ -102,7 +102,13 @@ def reference_rules() -> alt.Chart:
             strokeDash=alt.StrokeDash(
                 "rule:N",
                 scale=alt.Scale(domain=list(RULES), range=[_RULE_DASH[name] for name in RULES]),
-                legend=alt.Legend(title=None, orient="bottom", symbolType="stroke", symbolSize=240),
+                legend=alt.Legend(
+                    title=None,
+                    orient="bottom",
+                    symbolType="stroke",
+                    symbolSize=240,
+                    symbolStrokeWidth=2,
+                ),
             ),
             color=alt.value(COLOURS["max-pressure"]),
             tooltip=[

@@ -21,6 +21,7 @@ from dmil.reports.export import embedded, picture, script_bundle, svg_of, write_
 from dmil.reports.files import csv, evidence_csv, paper_table_latex
 from dmil.reports.gallery import Figure, Tables, gallery
 from dmil.reports.labels import architecture_label, controller_label, interval, number, signed
+from dmil.reports.theme import DARK
 from dmil.results import Results
 from dmil.theory import STATEMENTS
 
@@ -147,6 +148,7 @@ def _page(
         figures=figures,
         specs=[(figure.name, embedded(figure.spec)) for figure in figures],
         bundle=script_bundle(),
+        dark_colours=DARK,
     )
 
 
@@ -197,7 +199,19 @@ def _claim_rows(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
     verdicts: dict[str, dict[str, dict[str, Any]]] = {}
     for row in table.iter_rows(named=True):
         verdicts.setdefault(row["id"], {})[row["preset"]] = row
-    return [{**by[preset], "by_preset": by} for by in verdicts.values()]
+    return [
+        {**by[preset], "evidence_range": _range(by[preset]["evidence"]), "by_preset": by}
+        for by in verdicts.values()
+    ]
+
+
+def _range(evidence: list[dict[str, Any]]) -> str:
+    """Say between what the differences of all comparisons lie."""
+    values = [row["difference_pct"] for row in evidence if row["difference_pct"] is not None]
+    if not values:
+        return ""
+    number_of = "one comparison" if len(values) == 1 else f"{len(values)} comparisons"
+    return f"{number_of}: W/V_c differs by {signed(min(values))} to {signed(max(values))} %"
 
 
 def _sensitivity_rows(table: pl.DataFrame, presets: list[str]) -> list[dict[str, Any]]:

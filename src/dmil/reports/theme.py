@@ -45,6 +45,18 @@ PRESET_COLOURS: dict[str, str] = {
     "matched": "#222255",
 }
 
+#: Inks that a dark page needs lighter; all other colours stand on both.
+DARK: dict[str, str] = {
+    INK: "#e6e6e8",
+    FAINT: "#a5a5ad",
+    GRID: "#37373d",
+    COLOURS["longest queue first"]: "#f2f2f2",
+    COLOURS["max-pressure"]: "#a8a8a8",
+    REWARD_COLOURS["default"]: "#d3609f",
+    REWARD_COLOURS["entropy"]: "#3fae55",
+    PRESET_COLOURS["matched"]: "#a9a9f0",
+}
+
 _SPARE = ("#4477AA", "#EE6677", "#228833", "#CCBB44", "#66CCEE", "#AA3377", "#777777")
 
 

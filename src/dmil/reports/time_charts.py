@@ -63,9 +63,9 @@ def arrivals_by_architecture(curves: pl.DataFrame, scenario: str) -> Chart | Non
     )
 
 
-def memory_entries(curves: pl.DataFrame, scenario: str) -> Chart | None:
-    """Draw stored states over time, exact SARSA among them (like the paper's Fig. 5)."""
-    chosen, reward = _memory_lines(curves)
+def memory_growth(curves: pl.DataFrame, scenario: str) -> Chart | None:
+    """Draw the states added since the start, exact SARSA among them (like the paper's Fig. 5)."""
+    chosen, reward = memory_lines(curves)
     if chosen.is_empty():
         return None
     return lines(
@@ -73,14 +73,14 @@ def memory_entries(curves: pl.DataFrame, scenario: str) -> Chart | None:
         ["SARSA exact", *PAPER_COLUMNS],
         COLOURS | {"No Memory": COLOURS["SARSA simple"]},
         _DASHES,
-        "states stored per agent",
+        "states added per agent",
         heading(f"Memory growth, {scenario_label(scenario)}", f"{reward} reward, mean of agents"),
     )
 
 
 @dataclass(frozen=True, slots=True)
 class MemorySettings:
-    """What the bounds on memory depend on.
+    """What the bounds on the growth of memory depend on.
 
     Parameters
     ----------
@@ -92,22 +92,19 @@ class MemorySettings:
         Decisions between stagings, or the rows at which short-term memory stages.
     rule
         Which of the two ``stage_period`` is.
-    imported
-        Rows of the trained table at the start.
     """
 
     actions: int
     staged_ratio: float
     stage_period: int
     rule: StagingRule
-    imported: int
 
 
 def memory_size(
     curves: pl.DataFrame, scenario: str, settings: MemorySettings | None
 ) -> Chart | None:
-    """Draw the paper's size of memory over time with the bounds of the theory."""
-    chosen, reward = _memory_lines(curves)
+    """Draw the growth of the paper's size of memory with the bounds of the theory."""
+    chosen, reward = memory_lines(curves)
     chosen = chosen.filter(pl.col("line") != "Complex + communication")
     if chosen.is_empty():
         return None
@@ -121,15 +118,16 @@ def memory_size(
         | {"No Memory": COLOURS["SARSA simple"]}
         | {sarsa: COLOURS["SARSA exact"], dual: COLOURS["Simple"]},
         _DASHES,
-        "memory size (values per agent)",
+        "values added per agent",
         heading(
-            f"Memory size and its bounds, {scenario_label(scenario)}",
-            f"{reward} reward, no sharing",
+            f"Growth of the memory's size, {scenario_label(scenario)}",
+            f"{reward} reward, no communication",
         ),
     )
 
 
 def _bounds(chosen: pl.DataFrame, settings: MemorySettings) -> pl.DataFrame:
+    """Worst cases from an empty memory: what a start table holds adds nothing to the growth."""
     times = np.unique(chosen["time_s"].to_numpy())
     bounds = size_bounds(
         settings.actions,
@@ -137,7 +135,6 @@ def _bounds(chosen: pl.DataFrame, settings: MemorySettings) -> pl.DataFrame:
         settings.stage_period,
         len(times),
         rule=settings.rule,
-        imported=settings.imported,
     )
     parts = []
     for name, curve in (
@@ -168,7 +165,8 @@ def _paper_lines(named: pl.DataFrame) -> tuple[pl.DataFrame, str]:
     return chosen.filter(pl.col("reward") == reward), reward
 
 
-def _memory_lines(curves: pl.DataFrame) -> tuple[pl.DataFrame, str]:
+def memory_lines(curves: pl.DataFrame) -> tuple[pl.DataFrame, str]:
+    """Return the lines of exact SARSA and the paper's columns, and the reward they are for."""
     named = _named(curves)
     chosen, reward = _paper_lines(named)
     exact = (

@@ -1,0 +1,152 @@
+"""Which cells a claim compares: one function for each kind of comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import product
+from typing import Literal
+
+from dmil.analysis.cells import LEARNERS, Cells
+from dmil.analysis.comparisons import Comparison
+from dmil.analysis.paper import (
+    COMPLEX,
+    EPSILON_MEMORY,
+    EPSILON_NON_MEMORY,
+    NO_MEMORY,
+    PAPER_COLUMNS,
+    SIMPLE,
+    Architecture,
+    architecture_of,
+    intersections_of,
+)
+
+WAIT, ARRIVED, ENTRIES, GROWTH = (
+    "w_over_vc",
+    "arrived_veh",
+    "entries_per_agent",
+    "entries_per_decision",
+)
+PHYSICAL = ("entropy", "diffusion")
+ALL_REWARDS = ("default", "entropy", "diffusion")
+
+Choose = Callable[[Cells, str], Iterator[Comparison]]
+
+
+def grids(cells: Cells, which: Literal["single", "several", "any"]) -> list[str]:
+    """Return scenarios with one or with several intersections; unknown networks have several."""
+    several = {name: intersections_of(name) != 1 for name in cells.scenarios}
+    return [name for name in several if which == "any" or several[name] == (which == "several")]
+
+
+def columns(
+    first: tuple[str, ...],
+    second: str,
+    measure: str,
+    rewards: tuple[str, ...],
+    where: Literal["single", "several", "any"] = "several",
+) -> Choose:
+    """Compare columns of the paper's table with another column at the same reward."""
+
+    def choose(cells: Cells, preset: str) -> Iterator[Comparison]:
+        for scenario, reward, column in product(grids(cells, where), rewards, first):
+            yield Comparison(
+                f"{reward}: {column} against {second}",
+                scenario,
+                measure,
+                cells.find(preset, scenario, reward, architecture_of(column, preset)),
+                cells.find(preset, scenario, reward, architecture_of(second, preset)),
+            )
+
+    return choose
+
+
+def rewards(
+    first: tuple[str, ...],
+    second: str,
+    measure: str,
+    where: Literal["single", "several", "any"] = "any",
+) -> Choose:
+    """Compare rewards with another reward in each column of the paper's table."""
+
+    def choose(cells: Cells, preset: str) -> Iterator[Comparison]:
+        for scenario, column, reward in product(grids(cells, where), PAPER_COLUMNS, first):
+            architecture = architecture_of(column, preset)
+            yield Comparison(
+                f"{column}: {reward} against {second}",
+                scenario,
+                measure,
+                cells.find(preset, scenario, reward, architecture),
+                cells.find(preset, scenario, second, architecture),
+            )
+
+    return choose
+
+
+def complex_against_others(cells: Cells, preset: str) -> Iterator[Comparison]:
+    """Compare what entropy and diffusion gain over default: Complex with the others."""
+    several = grids(cells, "several")
+    for scenario, reward, other in product(several, PHYSICAL, (NO_MEMORY, SIMPLE)):
+        pairs = [
+            cells.find(preset, scenario, name, architecture_of(column, preset))
+            for column in (COMPLEX, other)
+            for name in (reward, "default")
+        ]
+        if None not in pairs:
+            yield Comparison(f"{reward}/default: Complex against {other}", scenario, WAIT, *pairs)
+
+
+def against_exact_sarsa(measure: str) -> Choose:
+    """Compare Simple and Complex with SARSA on exact states at the paper's ε."""
+    table = Architecture("sarsa", "exact", False, EPSILON_NON_MEMORY)
+
+    def choose(cells: Cells, preset: str) -> Iterator[Comparison]:
+        several = grids(cells, "several")
+        for scenario, reward, column in product(several, ALL_REWARDS, (SIMPLE, COMPLEX)):
+            yield Comparison(
+                f"{reward}: {column} against exact SARSA",
+                scenario,
+                measure,
+                cells.find(preset, scenario, reward, architecture_of(column, preset)),
+                cells.find(preset, scenario, reward, table),
+            )
+
+    return choose
+
+
+def at_equal_epsilon(first: str, second: str) -> Choose:
+    """Compare a controller on the classes with SARSA on "exact" or on the same classes."""
+
+    def choose(cells: Cells, preset: str) -> Iterator[Comparison]:
+        several = grids(cells, "several")
+        for scenario, reward, embedding in product(several, PHYSICAL, ("simple", "complex")):
+            other = "exact" if second == "exact" else embedding
+            yield Comparison(
+                f"{reward}: {first} {embedding} against sarsa {other}, ε = {EPSILON_MEMORY}",
+                scenario,
+                WAIT,
+                cells.find(
+                    preset, scenario, reward, Architecture(first, embedding, False, EPSILON_MEMORY)
+                ),
+                cells.find(
+                    preset, scenario, reward, Architecture("sarsa", other, False, EPSILON_MEMORY)
+                ),
+            )
+
+    return choose
+
+
+def learners_against_baselines(cells: Cells, preset: str) -> Iterator[Comparison]:
+    """Compare every learning cell with longest queue first and with max-pressure."""
+    for number, row in enumerate(cells.table.iter_rows(named=True)):
+        if row["preset"] != preset or row["controller"] not in LEARNERS:
+            continue
+        shared = " + communication" if row["communication"] else ""
+        name = f"{row['controller']} {row['embedding']}{shared}, {row['reward']}"
+        for baseline in ("longest-queue-first", "max-pressure"):
+            yield Comparison(
+                f"{name}, ε = {row['epsilon']} against {baseline}",
+                row["scenario"],
+                WAIT,
+                number,
+                cells.baseline(preset, row["scenario"], baseline),
+            )
