@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -49,7 +51,7 @@ class FixedCycleController:
             cycle: list[int] = []
             for phase in covering_phases(item):
                 green_s = self.settings.green_s or planned_s.get(phase, interval_s)
-                cycle += [phase] * max(1, int(np.ceil(green_s / interval_s - 1e-9)))
+                cycle += [phase] * math.ceil(green_s / interval_s)
             cycles.append(cycle)
         self._length = np.array([len(cycle) for cycle in cycles])
         self._cycle = np.zeros((len(cycles), self._length.max()), np.int32)
@@ -123,7 +125,7 @@ def signalled(network: RoadNetwork) -> npt.NDArray[np.float64]:
     for i, item in enumerate(intersections):
         served[i, : len(item.phases)] = 0.0
         for p, phase in enumerate(item.phases):
-            served[i, p, sorted(phase - item.unsignalled)] = 1.0
+            served[i, p, sorted(phase)] = 1.0
     return served
 
 

@@ -31,10 +31,8 @@ def movement_pressure(queue_veh: npt.NDArray[np.integer], network: RoadNetwork) 
     pressure_veh: (intersections, orientations) float64
     """
     exit_link, queue_link, movements = _links_of_slots(network, queue_veh.shape[1])
-    # The last place gathers the padding.
     on_link = np.bincount(queue_link, queue_veh.ravel(), minlength=movements.size)
     mean_on_link = on_link / movements
-    mean_on_link[-1] = 0.0
     return (queue_veh.ravel() - mean_on_link[exit_link]).reshape(queue_veh.shape)
 
 
@@ -42,7 +40,10 @@ def movement_pressure(queue_veh: npt.NDArray[np.integer], network: RoadNetwork) 
 def _links_of_slots(
     network: RoadNetwork, orientations: int
 ) -> tuple[IntArray, IntArray, FloatArray]:
-    """Return the exit link and the queue's link of every slot, and the movements of every link."""
+    """Return the exit link and the queue's link of every slot, and the movements of every link.
+
+    Padding has an index of its own after those of the links, where nobody ever queues.
+    """
     links = len(network.links)
     shape = len(network.intersections), orientations
     exit_link, queue_link = np.full(shape, links, np.int32), np.full(shape, links, np.int32)
