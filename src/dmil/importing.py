@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import os
+import sys
 from typing import Any
 
 from dmil.errors import InputError
@@ -14,7 +16,7 @@ def import_object(path: str, kind: str) -> Any:
     Parameters
     ----------
     path
-        Import path; the module must be importable from where Python was started.
+        Import path; the module may be in the current folder.
     kind
         What it is meant to be, for the error.
 
@@ -24,6 +26,9 @@ def import_object(path: str, kind: str) -> Any:
         If there is no such module or no such name in it.
     """
     module, _, name = path.partition(":")
+    # The path of an installed command begins with that command's folder, not with the user's.
+    if os.getcwd() not in sys.path:
+        sys.path.append(os.getcwd())
     try:
         return getattr(importlib.import_module(module), name)
     except ImportError as error:

@@ -6,6 +6,7 @@ No other module makes a random generator, so one seed fixes every draw of a run.
 from __future__ import annotations
 
 import hashlib
+import random
 
 import numpy as np
 
@@ -23,7 +24,24 @@ def stream(seed: int, *names: str | int) -> np.random.Generator:
     names
         Path of the stream, such as ``"demand"`` or ``"training", "exploration"``.
     """
-    digest = hashlib.blake2b("/".join(str(name) for name in names).encode(), digest_size=16).digest()
+    digest = hashlib.blake2b(
+        "/".join(str(name) for name in names).encode(), digest_size=16
+    ).digest()
     words = [int.from_bytes(digest[i : i + 4], "little") for i in range(0, 16, 4)]
     sequence = np.random.SeedSequence(entropy=seed, spawn_key=tuple(words))
     return np.random.Generator(np.random.PCG64(sequence))
+
+
+def global_random_state() -> tuple[object, ...]:
+    """Return the state of the random numbers that all programs share, to see that none uses them.
+
+    Returns
+    -------
+    state
+        Equal to another one as long as nobody draws from, or seeds, Python's or numpy's global
+        random numbers in between (ours).
+    """
+    shared = np.random.get_state(legacy=False)
+    normal = shared["has_gauss"], shared["gauss"]
+    words = shared["state"]
+    return random.getstate(), *normal, words["pos"], words["key"].tobytes()

@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from dmil.errors import InputError, unknown_name
+from dmil.importing import import_object
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,13 +69,22 @@ EMBEDDINGS = {
 
 
 def embedding(name: str) -> Embedding:
-    """Return a named embedding.
+    """Return an embedding by its name, or by ``package.module:NAME`` one of your own (ours).
 
     Raises
     ------
-    UnknownNameError
-        If there is none of that name.
+    InputError
+        If there is none.
     """
+    if ":" in name:
+        own = import_object(name, "embedding")
+        if not isinstance(own, Embedding):
+            raise InputError(
+                f"it is a {type(own).__name__}",
+                where=f"embedding '{name}'",
+                expected="a dmil.Embedding",
+            )
+        return own
     if name not in EMBEDDINGS:
         raise unknown_name("embedding", name, EMBEDDINGS)
     return EMBEDDINGS[name]

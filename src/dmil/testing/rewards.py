@@ -1,0 +1,136 @@
+"""Checks of a reward."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+from itertools import chain
+
+import numpy as np
+
+from dmil.controllers import make_controller
+from dmil.network import RoadNetwork
+from dmil.rewards import FloatArray
+from dmil.scenarios import Scenario
+from dmil.simulation import Observation, QueueSimulator
+from dmil.testing.conformance import Witness, array_in_words, difference
+from dmil.testing.proving_grounds import proving_grounds
+from dmil.testing.trials import chance, no_reward
+from dmil.training import run, vehicles_of_seed
+
+CROWD_VEH = 1000
+"""Vehicles per orientation of a network that is full."""
+
+
+class RewardRule(StrEnum):
+    """What every reward keeps."""
+
+    RUNS = "it works on every network, empty or crowded"
+    SHAPE = "it returns an array with one float64 per intersection"
+    FINITE = "every reward is a finite number"
+    INPUTS = "it does not change the observations"
+    PURE = "it depends on its arguments only"
+    SNAPSHOT = "a reward that was returned does not change later"
+
+
+def check_reward(function: Callable[..., object]) -> None:
+    """Check a reward on networks of different shapes (ours).
+
+    Parameters
+    ----------
+    function
+        Takes the observations before and after an interval and the network, see
+        `dmil.rewards.Reward`.
+
+    Raises
+    ------
+    ConformanceError
+        At the first rule that is broken, see `RewardRule`.
+    """
+    witness = Witness(getattr(function, "__qualname__", type(function).__name__))
+    intervals = list(chain.from_iterable(map(_intervals, proving_grounds())))
+    first = [_checked(function, witness, *interval) for interval in intervals]
+    kept = [reward.copy() for reward in first]
+    for interval, reward in reversed(list(zip(intervals, kept, strict=True))):
+        again = _checked(function, witness, *interval)
+        change = difference(reward, again, "reward")
+        witness.expect(
+            change is None,
+            RewardRule.PURE,
+            f"called again with the same arguments, {change}",
+            "the same reward, whatever was asked in between",
+        )
+    for (place, *_), reward, returned in zip(intervals, kept, first, strict=True):
+        witness.where = place
+        change = difference(reward, returned, "reward")
+        witness.expect(
+            change is None,
+            RewardRule.SNAPSHOT,
+            f"later calls changed {change}",
+            "a new array from every call",
+        )
+
+
+def _intervals(ground: Scenario) -> list[tuple[str, Observation, Observation, RoadNetwork]]:
+    """Return decision intervals of a run, and between a network that is empty and one that is full.
+
+    Each comes with its place in words and the network.
+    """
+    found = []
+
+    def record(before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
+        place = f"interval from {before.time_s} s to {after.time_s} s on {ground.name}"
+        found.append((place, before, after, network))
+        return no_reward(before, after, network)
+
+    vehicles = vehicles_of_seed(ground, 0)
+    run(QueueSimulator(ground), make_controller("random"), vehicles, record, chance("reward"))
+    _, empty, after, network = found[0]
+    counts = np.zeros_like(empty.queue_veh)
+    for i, item in enumerate(network.intersections):
+        counts[i, : len(item.movements)] = CROWD_VEH
+    nobody = np.zeros_like(counts)
+    states = {
+        name: Observation(veh, veh.copy(), after.phase, after.phase_elapsed_s, after.time_s)
+        for name, veh in (("an empty", nobody), ("a crowded", counts))
+    }
+    for before in states:
+        for then in states:
+            place = f"interval from {before} to {then} network, {ground.name}"
+            found.append((place, states[before], states[then], network))
+    return found
+
+
+def _checked(
+    function: Callable[..., object],
+    witness: Witness,
+    place: str,
+    before: Observation,
+    after: Observation,
+    network: RoadNetwork,
+) -> FloatArray:
+    witness.where = place
+    with (
+        witness.no_exception(RewardRule.RUNS, "it"),
+        witness.no_global_chance(RewardRule.PURE),
+        witness.no_change(RewardRule.INPUTS, before=before, after=after),
+    ):
+        reward = function(before, after, network)
+    shape = (len(network.intersections),)
+    if not (
+        isinstance(reward, np.ndarray) and reward.shape == shape and reward.dtype == np.float64
+    ):
+        witness.fail(
+            RewardRule.SHAPE,
+            array_in_words(reward),
+            f"an array of shape {shape} and type float64",
+        )
+    wrong = np.flatnonzero(~np.isfinite(reward))
+    i = int(wrong[0]) if wrong.size else 0
+    witness.expect(
+        not wrong.size,
+        RewardRule.FINITE,
+        f"{reward[i]} at intersection '{network.intersections[i].id}'",
+        "a finite number",
+    )
+    return reward

@@ -1,0 +1,164 @@
+"""Check of a simulator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from dmil.demand import PoissonDemand, Vehicles
+from dmil.demand.routes import route_table
+from dmil.errors import InputError
+from dmil.network import RoadNetwork
+from dmil.simulation import Simulator
+from dmil.testing.conformance import Witness
+from dmil.testing.drives import Drive, PhaseArray, SimulatorRule, made
+from dmil.testing.trials import chance
+
+RATE_VEH_PER_MIN = 6.0
+SLACK_S = 60
+"""Time beyond twice the driving time that a vehicle without red and traffic may take."""
+
+
+def check_simulator(make: Callable[[], object], vehicles: Vehicles | None = None) -> None:
+    """Check a simulator (ours).
+
+    It runs about as many times as its intersections have phases, and a few times more.
+
+    Parameters
+    ----------
+    make
+        Makes a new simulator, always of the same scenario.
+    vehicles
+        Journeys to drive; by default some arrive at every fringe node, Poisson.
+
+    Raises
+    ------
+    ConformanceError
+        At the first rule that is broken, see `SimulatorRule`.
+    """
+    witness = Witness(getattr(make, "__qualname__", repr(make)))
+    simulator, second = made(make, witness), made(make, witness)
+    witness.expect(
+        simulator is not second,
+        SimulatorRule.FRESH,
+        "the same object twice",
+        "a new simulator, such as from lambda: MySimulator(scenario)",
+    )
+    network, horizon_s = simulator.network, simulator.horizon_s
+    if vehicles is None:
+        vehicles = _vehicles(network, horizon_s)
+    phases = _random_phases(simulator)
+
+    first = Drive(simulator, witness, vehicles, "the first run")
+    first.to_the_end(phases)
+    equal = Drive(second, witness, vehicles, "an equal run of a second simulator")
+    equal.to_the_end(phases)
+    equal.expect_equal(first, SimulatorRule.REPEAT)
+    other = Drive(simulator, witness, vehicles, "a run that is broken off")
+    other.to_the_end(np.roll(phases, 1, axis=0)[: len(phases) // 2])
+    after_reset = Drive(simulator, witness, vehicles, "a run after a reset")
+    after_reset.to_the_end(phases)
+    after_reset.expect_equal(first, SimulatorRule.RESET)
+    _check_refusal(second, witness, vehicles, phases, first)
+    _check_red_and_green(simulator, witness, vehicles, phases)
+    for drive in (first, equal, other, after_reset):
+        drive.expect_untouched()
+
+
+def _vehicles(network: RoadNetwork, horizon_s: int) -> Vehicles:
+    """Draw vehicles from every fringe node that leads to another one."""
+    goals = np.diff(route_table(network).pair_offset)
+    rates = {
+        node: RATE_VEH_PER_MIN for node, count in zip(network.fringe, goals, strict=True) if count
+    }
+    return PoissonDemand(rates).vehicles(network, horizon_s, chance("vehicles"))
+
+
+def _random_phases(simulator: Simulator) -> PhaseArray:
+    counts = [len(item.phases) for item in simulator.network.intersections]
+    decisions = -(-simulator.horizon_s // simulator.decision_interval_s)
+    return chance("phases").integers(0, counts, (decisions, len(counts))).astype(np.int32)
+
+
+def _check_refusal(
+    simulator: Simulator, witness: Witness, vehicles: Vehicles, phases: PhaseArray, model: Drive
+) -> None:
+    """Check that wrong phases are refused with a clear error and leave the run as it was."""
+    drive = Drive(simulator, witness, vehicles, "a run with wrong phases in between")
+    drive.advance(phases[0])
+    right = phases[0]
+    counts = [len(item.phases) for item in simulator.network.intersections]
+    missing, negative = right.copy(), right.copy()
+    missing[-1], negative[0] = counts[-1], -1
+    wrong = {
+        f"phase {counts[-1]} at an intersection with {counts[-1]} phases": missing,
+        "phase -1": negative,
+        "one phase too many": np.append(right, np.int32(0)),
+        "phases that are no whole numbers": right + 0.5,
+    }
+    for name, choice in wrong.items():
+        expected = f"a dmil.errors.InputError for {name}"
+        try:
+            simulator.advance(choice)
+        except InputError:
+            continue
+        except Exception as error:
+            witness.fail(SimulatorRule.REFUSAL, f"{type(error).__name__}: {error}", expected)
+        witness.fail(SimulatorRule.REFUSAL, "no error", expected)
+    drive.to_the_end(phases[1:])
+    drive.expect_equal(model, SimulatorRule.REFUSAL)
+
+
+def _check_red_and_green(
+    simulator: Simulator, witness: Witness, vehicles: Vehicles, phases: PhaseArray
+) -> None:
+    """Show one phase for a whole run to vehicles that all meet red, or that all have green."""
+    network = simulator.network
+    counts = np.array([len(item.phases) for item in network.intersections])
+    for phase in range(counts.max()):
+        shown = np.minimum(phase, counts - 1).astype(np.int32)
+        green = _green_all_the_way(network, vehicles, shown)
+        held = np.tile(shown, (len(phases), 1))
+        if not green.all():
+            drive = Drive(
+                simulator,
+                witness,
+                vehicles.take(np.flatnonzero(~green)),
+                f"a run with phase {phase} only and vehicles that meet red in it",
+            )
+            drive.to_the_end(held)
+            arrived = drive.seen[-1][1].arrived_veh
+            witness.expect(arrived == 0, SimulatorRule.RED, f"{arrived} arrived", "none")
+        swift = green & (
+            vehicles.depart_s + 2 * _driving_s(network, vehicles) + SLACK_S < simulator.horizon_s
+        )
+        if swift.any():
+            drive = Drive(
+                simulator,
+                witness,
+                vehicles.take(np.flatnonzero(swift)[:1]),
+                f"a run with phase {phase} only and a vehicle that has green in it",
+            )
+            drive.to_the_end(held)
+            arrived = drive.seen[-1][1].arrived_veh
+            witness.expect(arrived == 1, SimulatorRule.GREEN, f"{arrived} arrived", "1")
+
+
+def _green_all_the_way(
+    network: RoadNetwork, vehicles: Vehicles, shown: PhaseArray
+) -> npt.NDArray[np.bool_]:
+    def goes(first: int, second: int) -> bool:
+        i, j = network.movement_index[first, second]
+        item = network.intersections[i]
+        return j in item.phases[shown[i]] | item.unsignalled
+
+    routes = (vehicles.route(v).tolist() for v in range(len(vehicles)))
+    return np.array([all(goes(*pair) for pair in pairwise(route)) for route in routes], np.bool_)
+
+
+def _driving_s(network: RoadNetwork, vehicles: Vehicles) -> npt.NDArray[np.float64]:
+    times_s = network.free_flow_time_s
+    return np.array([times_s[vehicles.route(v)].sum() for v in range(len(vehicles))])

@@ -1,0 +1,239 @@
+"""Runs of a controller under watch: what it chooses, from what, and what it leaves alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+
+import numpy as np
+
+from dmil.controllers import Controller, Situation
+from dmil.controllers.protocol import FloatArray, IntArray
+from dmil.demand import Vehicles
+from dmil.network import RoadNetwork
+from dmil.rewards import Reward, default
+from dmil.scenarios import Scenario
+from dmil.seeding import stream
+from dmil.simulation import Observation, QueueSimulator
+from dmil.testing.conformance import Witness, array_in_words
+from dmil.training import run, vehicles_of_seed
+
+MEMORY_VERBS = ("memory_use", "arrays", "restore")
+
+
+class ControllerRule(StrEnum):
+    """What every controller keeps; the last five are for those with a memory."""
+
+    VERBS = "it has the methods begin(situation) and decide(observation, reward)"
+    FRESH = "every call of make gives a new controller"
+    RUNS = "begin and decide work on every network, run after run, whatever the rewards"
+    PHASES = "decide returns an array with one whole number per intersection"
+    EXISTING = "it chooses phases that the intersection has"
+    INPUTS = "it does not change the observation or the reward that it is given"
+    CHANCE = "chance comes only from the generator that begin was given for this run"
+    MEMORY_VERBS = "it has all of memory_use, arrays and restore, or none"
+    MEMORY_USE = "memory_use counts what is remembered, and only looks"
+    ARRAYS = "arrays() gives named numpy arrays of plain numbers that a file can hold"
+    SNAPSHOT = "what arrays() gave, and what restore took, does not change in later runs"
+    RESTORE = "a new controller that restored the arrays decides like the old one"
+
+
+class Trial:
+    """A scenario with its vehicles, on which controllers run and are watched.
+
+    Parameters
+    ----------
+    make
+        Makes a new controller.
+    scenario
+        Where they run.
+    """
+
+    def __init__(self, make: Callable[[], object], scenario: Scenario) -> None:
+        self._make = make
+        self._simulator = QueueSimulator(scenario)
+        self._vehicles: Vehicles = vehicles_of_seed(scenario, 0)
+        self._scenario = scenario
+        self.witness = Witness(getattr(make, "__qualname__", repr(make)))
+
+    @property
+    def name(self) -> str:
+        """Name of the scenario."""
+        return self._scenario.name
+
+    @property
+    def network(self) -> RoadNetwork:
+        """Where the controllers run."""
+        return self._scenario.network
+
+    def make(self) -> Controller:
+        """Make a controller and check its verbs."""
+        witness = self.witness
+        with witness.no_exception(ControllerRule.FRESH, "make()"):
+            made = self._make()
+        witness.subject = type(made).__name__
+        missing = [verb for verb in ("begin", "decide") if not callable(getattr(made, verb, None))]
+        witness.expect(
+            not missing,
+            ControllerRule.VERBS,
+            f"no method {' and no method '.join(missing)}",
+            "methods begin(situation) and decide(observation, reward)",
+        )
+        there = [verb for verb in MEMORY_VERBS if callable(getattr(made, verb, None))]
+        witness.expect(
+            len(there) in (0, len(MEMORY_VERBS)),
+            ControllerRule.MEMORY_VERBS,
+            f"only {' and '.join(there)}",
+            f"{', '.join(MEMORY_VERBS)}, or none of them for a controller without memory",
+        )
+        controller: Controller = made  # type: ignore[assignment]
+        return controller
+
+    def situation(self, rng: np.random.Generator) -> Situation:
+        """Return what a controller is told before a run."""
+        return Situation(self.network, self._scenario.timing.decision_interval_s, rng)
+
+    def run(
+        self,
+        controller: Controller,
+        label: str,
+        rng: np.random.Generator,
+        reward: Reward = default,
+        *,
+        after_decision: Callable[[], None] | None = None,
+    ) -> list[IntArray]:
+        """Run a controller under watch.
+
+        Parameters
+        ----------
+        controller
+            The one to watch.
+        label
+            Which run it is, for the error.
+        rng
+            Its stream of chance.
+        reward
+            What it gets.
+        after_decision
+            Called after every decision.
+
+        Returns
+        -------
+        phases: list of (intersections,) int arrays
+            What it chose.
+        """
+        place = f"{label} on {self._scenario.name}"
+        watch = Watch(controller, self.witness, place, after_decision)
+        run(self._simulator, watch, self._vehicles, reward, rng)
+        return watch.phases
+
+    def expect_same_phases(
+        self,
+        expected: list[IntArray],
+        found: list[IntArray],
+        rule: ControllerRule,
+        model: str,
+    ) -> None:
+        """Check that two runs chose the same."""
+        interval_s = self._scenario.timing.decision_interval_s
+        for k, (one, other) in enumerate(zip(expected, found, strict=True)):
+            differs = np.flatnonzero(one != other)
+            if differs.size:
+                i = int(differs[0])
+                self.witness.where = (
+                    f"decision {k + 1} ({k * interval_s} s) on {self._scenario.name}"
+                )
+                self.witness.expect(
+                    False,
+                    rule,
+                    f"phase {other[i]} at intersection '{self.network.intersections[i].id}'",
+                    f"phase {one[i]}, as in {model}",
+                )
+
+
+class Watch:
+    """A controller that is looked at while it runs; itself a controller.
+
+    Parameters
+    ----------
+    inner
+        The one that decides.
+    witness
+        Who complains.
+    place
+        Which run on which network, for the error.
+    after_decision
+        Called after every decision.
+    """
+
+    def __init__(
+        self,
+        inner: Controller,
+        witness: Witness,
+        place: str,
+        after_decision: Callable[[], None] | None,
+    ) -> None:
+        self._inner = inner
+        self._witness = witness
+        self._place = place
+        self._after_decision = after_decision
+        self.phases: list[IntArray] = []
+
+    def begin(self, situation: Situation) -> None:
+        """Begin, and note what the intersections have."""
+        self._intersections = situation.network.intersections
+        self._phase_count = np.array([len(item.phases) for item in self._intersections])
+        self._witness.where = f"begin of {self._place}"
+        with (
+            self._witness.no_exception(ControllerRule.RUNS, "begin"),
+            self._witness.no_global_chance(ControllerRule.CHANCE),
+        ):
+            self._inner.begin(situation)
+
+    def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
+        """Decide, and check everything that can be seen."""
+        witness = self._witness
+        count = len(self.phases) + 1
+        witness.where = f"decision {count} ({observation.time_s} s) of {self._place}"
+        with (
+            witness.no_exception(ControllerRule.RUNS, "decide"),
+            witness.no_global_chance(ControllerRule.CHANCE),
+            witness.no_change(ControllerRule.INPUTS, observation=observation, reward=reward),
+        ):
+            phases = self._inner.decide(observation, reward)
+        self._expect_phases(phases)
+        self.phases.append(phases.copy())
+        if self._after_decision:
+            self._after_decision()
+        return phases
+
+    def _expect_phases(self, phases: object) -> None:
+        count = self._phase_count
+        if not (
+            isinstance(phases, np.ndarray)
+            and phases.shape == count.shape
+            and phases.dtype.kind in "iu"
+        ):
+            self._witness.fail(
+                ControllerRule.PHASES,
+                array_in_words(phases),
+                f"an array of shape {count.shape} and type int32",
+            )
+        wrong = np.flatnonzero((phases < 0) | (phases >= count))
+        i = int(wrong[0]) if wrong.size else 0
+        self._witness.expect(
+            not wrong.size,
+            ControllerRule.EXISTING,
+            f"phase {phases[i]} at intersection '{self._intersections[i].id}'",
+            f"a phase from 0 to {count[i] - 1}",
+        )
+
+
+def chance(name: str) -> np.random.Generator:
+    """Return a new generator; the same name gives the same numbers (ours)."""
+    return stream(0, "conformance", name)
+
+
+def no_reward(before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
+    """Return 0 for every intersection (ours)."""
+    return np.zeros(len(network.intersections))
