@@ -80,10 +80,11 @@ def paper_table(results: Results | Cells) -> pl.DataFrame:
     both are missing are left out.
     """
     cells = _cells(results)
+    rewards = ordered(cells.rewards or PAPER_REWARDS, PAPER_REWARDS)
     rows: list[tuple[str, str, str | None, str, int | None]] = []
     for preset in cells.presets:
         for scenario in cells.scenarios:
-            for reward in ordered(list({*PAPER_REWARDS, *cells.rewards}), PAPER_REWARDS):
+            for reward in rewards:
                 for column in PAPER_COLUMNS:
                     architecture = architecture_of(column, preset)
                     number = cells.find(preset, scenario, reward, architecture)

@@ -14,9 +14,10 @@ import polars as pl
 import dmil
 from dmil.analysis import cells_of, claims, paper_table, sensitivity, summary
 from dmil.analysis.cells import PRESET_ORDER, Cells
+from dmil.analysis.claims import FEWEST_SEEDS
 from dmil.analysis.paper import PAPER_COLUMNS, SOURCE, scenario_label
 from dmil.errors import unknown_name
-from dmil.reports.assumptions import assumptions, configuration_rows
+from dmil.reports.assumptions import assumptions, configuration_rows, find_value
 from dmil.reports.export import embedded, picture, script_bundle, svg_of, write_file
 from dmil.reports.files import csv, evidence_csv, paper_table_latex
 from dmil.reports.gallery import Figure, Tables, gallery
@@ -129,6 +130,8 @@ def _page(
         scenarios=cells.scenarios,
         seeds=cells.seeds,
         few_seeds=FEW_SEEDS,
+        fewest_seeds=FEWEST_SEEDS,
+        load=find_value(configuration, "load", 1.0),
         counts=results.query(
             "select count(*) runs, count(*) filter (status = 'ok') ok,"
             " any_value(status) filter (status <> 'ok') failure,"

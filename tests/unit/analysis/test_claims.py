@@ -124,10 +124,12 @@ def test_claims_without_their_runs_are_not_judged(make_study):
     assert found["baselines-win"]["holds"] is True
 
 
-def test_one_seed_judges_nothing(make_study):
-    found = judged(make_study(seeds=1))
+@pytest.mark.parametrize("seeds", [1, 4])
+def test_few_seeds_judge_nothing(make_study, seeds):
+    found = judged(make_study(seeds=seeds, scenarios=TWO_GRIDS))
     assert all(row["holds"] is None for row in found.values())
-    assert found["reward-effect"]["verdict"] == "one seed only"
+    assert found["reward-effect"]["verdict"] == "too few seeds"
+    assert len(found["reward-effect"]["evidence"]) == 16
 
 
 def test_other_grids_count_by_their_intersections(make_study):

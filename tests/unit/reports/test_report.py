@@ -204,6 +204,15 @@ def test_one_seed_is_said_and_nothing_is_claimed(make_study):
     assert "No claim of the paper can be judged" in text
 
 
+def test_another_setting_than_the_papers_is_said(make_study):
+    folder = make_study(scenarios=("grid:1x1",), seeds=2)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    assert "do not compare" not in write_report(folder, pictures=False).read_text()
+    manifest["configuration"]["load"] = 3.0
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    assert "so the two do not compare" in write_report(folder, pictures=False).read_text()
+
+
 def test_text_from_a_study_is_no_markup(make_study):
     folder = make_study(scenarios=("grid:1x1",), seeds=2)
     manifest = json.loads((folder / "manifest.json").read_text())
