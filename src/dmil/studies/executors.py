@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import socket
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -81,6 +82,8 @@ class RayExecutor:
             import ray
         except ImportError:
             raise MissingExtraError("ray") from None
+        if self._address:
+            _check_reachable(self._address)
         try:
             ray.init(
                 address=self._address or "local",
@@ -90,11 +93,7 @@ class RayExecutor:
                 logging_level="error",
             )
         except (ConnectionError, ValueError, RuntimeError) as error:
-            raise InputError(
-                f"no Ray cluster answers ({error})",
-                where=f"ray address '{self._address}'",
-                expected="the address of a running cluster, or none to start Ray here",
-            ) from None
+            raise _no_cluster(self._address, error) from None
         try:
             shared = ray.put(function)
             task = ray.remote(_apply)
@@ -145,6 +144,25 @@ def function_module(function: Callable[..., object]) -> str:
     """Return the module of a function or of the function inside a partial (ours)."""
     inner = getattr(function, "func", function)
     return str(inner.__module__)
+
+
+def _check_reachable(address: str) -> None:
+    """Knock before Ray does: Ray itself tries for minutes."""
+    host, _, port = address.removeprefix("ray://").rpartition(":")
+    if not host or not port.isdigit():
+        return
+    try:
+        socket.create_connection((host, int(port)), timeout=10).close()
+    except (OSError, OverflowError) as error:
+        raise _no_cluster(address, error) from None
+
+
+def _no_cluster(address: str | None, error: Exception) -> InputError:
+    return InputError(
+        f"no Ray cluster answers ({error})",
+        where=f"ray address '{address}'",
+        expected="the address of a running cluster, or none to start Ray here",
+    )
 
 
 def _apply(function: Callable[[Item], Result], item: Item) -> Result:

@@ -10,10 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import dmil
+from dmil.rewards import make_reward
+from dmil.scenarios import scenario
 from dmil.studies.block import run_block
 from dmil.studies.executors import Executor, LocalExecutor
 from dmil.studies.plan import blocks
-from dmil.studies.settings import PRESETS, PaperStudySettings
+from dmil.studies.settings import PRESETS, PaperStudySettings, check_horizon
 from dmil.studies.store import StudyStore
 from dmil.studies.warm_up import compile_kernels
 
@@ -45,10 +47,13 @@ def run_paper_study(
 
     Raises
     ------
+    InputError
+        If there is no such grid or reward, or a run is too short.
     OutputError
         If the folder cannot be used.
     """
     started, clock = datetime.now(UTC), time.perf_counter()
+    check_study(settings)
     plan = blocks(settings)
     with StudyStore(folder, study_identity(settings)) as store:
         if store.complete:
@@ -77,6 +82,21 @@ def run_paper_study(
                 "blocks_kept_from_before": len(finished),
             }
         )
+
+
+def check_study(settings: PaperStudySettings) -> None:
+    """Check what workers would find wrong, before anything is written (ours).
+
+    Raises
+    ------
+    InputError
+        If there is no such grid or reward, or a run is too short.
+    """
+    for name in settings.grids:
+        made = scenario(f"grid:{name}", horizon_s=settings.horizon_s)
+        check_horizon(settings, made.timing.decision_interval_s)
+    for reward in settings.rewards:
+        make_reward(reward)
 
 
 def study_identity(settings: PaperStudySettings) -> dict[str, Any]:

@@ -135,12 +135,7 @@ class StudyStore:
                 f"cannot be read ({error})", where=str(path), mend="choose another --out"
             ) from None
         if found != json.loads(json.dumps(self._identity)):
-            different = sorted(
-                key
-                for key in {*self._identity, *(found if isinstance(found, dict) else {})}
-                if not isinstance(found, dict)
-                or found.get(key) != json.loads(json.dumps(self._identity.get(key)))
-            )
+            different = _different(found, json.loads(json.dumps(self._identity)))
             raise OutputError(
                 f"it holds another study, with other {', '.join(different)}",
                 where=str(self.folder),
@@ -172,6 +167,14 @@ class StudyStore:
     def _write_json(self, name: str, value: dict[str, Any]) -> None:
         text = json.dumps(value, indent=2, sort_keys=True) + "\n"
         write_atomically(self.folder / name, partial(_write_text, text))
+
+
+def _different(found: Any, wanted: Any, name: str = "") -> list[str]:
+    """Return the names of the values in which two pieces of JSON differ."""
+    if not (isinstance(found, dict) and isinstance(wanted, dict)):
+        return [name] if found != wanted else []
+    keys = sorted({*found, *wanted})
+    return [each for key in keys for each in _different(found.get(key), wanted.get(key), key)]
 
 
 def _write_text(text: str, path: Path) -> None:

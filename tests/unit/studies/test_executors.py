@@ -1,0 +1,77 @@
+"""Where runs happen makes no difference to what comes out."""
+
+import multiprocessing
+import os
+import time
+
+import pytest
+
+from dmil.errors import DmilError, InputError, UnknownNameError
+from dmil.studies.executors import LocalExecutor, available_cores, make_executor
+
+
+def square(number):
+    return number * number
+
+
+def process_of(_):
+    time.sleep(0.05)
+    return os.getpid()
+
+
+def die(number):
+    if number == 1:
+        os._exit(1)
+    return number
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_every_item_is_done_once(jobs):
+    assert sorted(LocalExecutor(jobs).map(square, range(10))) == [n * n for n in range(10)]
+
+
+def test_one_job_stays_in_this_process():
+    assert set(LocalExecutor(1).map(process_of, range(3))) == {os.getpid()}
+
+
+def test_two_jobs_are_two_other_processes():
+    used = set(LocalExecutor(2).map(process_of, range(6)))
+    assert os.getpid() not in used
+    assert 1 <= len(used) <= 2
+
+
+def test_closing_leaves_no_worker_behind():
+    results = LocalExecutor(2).map(process_of, range(20))
+    next(results)
+    results.close()
+    assert not multiprocessing.active_children()
+
+
+def test_a_killed_worker_is_one_clear_error():
+    with pytest.raises(DmilError, match=r"worker process was killed.*--jobs 1"):
+        list(LocalExecutor(2).map(die, range(4)))
+
+
+def test_jobs_default_to_the_cores_that_are_ours():
+    assert LocalExecutor().jobs == available_cores() >= 1
+
+
+def test_wrong_choices_are_refused():
+    with pytest.raises(InputError, match="0 jobs"):
+        LocalExecutor(0)
+    with pytest.raises(UnknownNameError, match="Did you mean 'local'"):
+        make_executor("locale")
+    with pytest.raises(InputError, match="--executor ray"):
+        make_executor("local", address="somewhere:1")
+    assert isinstance(make_executor("local", jobs=3), LocalExecutor)
+
+
+def test_ray_gives_the_same_results():
+    pytest.importorskip("ray", reason="the extra 'ray' is not installed")
+    assert sorted(make_executor("ray", jobs=2).map(square, range(6))) == [n * n for n in range(6)]
+
+
+def test_a_cluster_that_does_not_answer_is_one_clear_error():
+    pytest.importorskip("ray", reason="the extra 'ray' is not installed")
+    with pytest.raises(InputError, match="no Ray cluster answers"):
+        list(make_executor("ray", address="127.0.0.1:1").map(square, range(2)))

@@ -1,0 +1,67 @@
+"""What the paper's study runs."""
+
+from collections import Counter
+
+import pytest
+
+from dmil.errors import InputError
+from dmil.studies import PRESETS, PaperStudySettings
+from dmil.studies.plan import BASELINES, architectures, blocks, training_s
+from dmil.studies.settings import check_horizon
+
+
+def test_the_24_architectures_of_the_paper_are_all_there():
+    found = [
+        each
+        for each in architectures(PaperStudySettings(equal_epsilon=False))
+        if each.embedding in ("simple", "complex")
+    ]
+    assert len(found) == len(set(found)) == 24
+    assert Counter(each.controller for each in found) == {"sarsa": 12, "dual-memory": 12}
+    assert Counter(each.reward for each in found) == dict.fromkeys(
+        ("default", "diffusion", "entropy"), 8
+    )
+    assert {each.epsilon for each in found if each.controller == "sarsa"} == {0.6}
+    assert {each.epsilon for each in found if each.controller == "dual-memory"} == {0.4}
+
+
+def test_every_agent_also_runs_at_equal_epsilon():
+    found = architectures(PaperStudySettings())
+    sarsa = {each for each in found if each.controller == "sarsa"}
+    assert {each.epsilon for each in sarsa} == {0.6, 0.4}
+    assert Counter(each.epsilon for each in sarsa) == {0.6: 15, 0.4: 15}
+
+
+def test_exact_sarsa_and_the_baselines_are_in_every_block():
+    found = architectures(PaperStudySettings())
+    assert sum(each.embedding == "exact" for each in found) == 6
+    assert tuple(each.controller for each in found if each.reward is None) == BASELINES
+
+
+def test_equal_epsilons_are_not_run_twice():
+    settings = PaperStudySettings(sarsa={"epsilon": 0.4})
+    found = architectures(settings)
+    assert len(found) == len(set(found))
+
+
+def test_blocks_are_every_preset_grid_and_seed():
+    settings = PaperStudySettings(seeds=2, first_seed=5, grids=("1x1", "2x3"))
+    plan = blocks(settings)
+    assert len(plan) == len(set(plan)) == 3 * 2 * 2
+    assert {block.seed for block in plan} == {5, 6}
+    assert {block.scenario for block in plan} == {"grid:1x1", "grid:2x3"}
+
+
+def test_training_is_ten_times_as_long_in_the_matched_preset_only():
+    settings = PaperStudySettings(horizon_s=300)
+    assert {name: training_s(settings, name) for name in PRESETS} == {
+        "literal": 300,
+        "decaying": 300,
+        "matched": 3000,
+    }
+
+
+def test_a_run_needs_two_decisions():
+    with pytest.raises(InputError, match="two decision intervals"):
+        check_horizon(PaperStudySettings(horizon_s=20), 15)
+    check_horizon(PaperStudySettings(horizon_s=30), 15)

@@ -1,0 +1,122 @@
+"""The folder of a study: kept, continued, refused."""
+
+import json
+import os
+
+import polars as pl
+import pytest
+
+from dmil.errors import OutputError
+from dmil.studies import LocalExecutor, PaperStudySettings, run_paper_study
+from dmil.studies.block import run_block
+from dmil.studies.plan import blocks
+from dmil.studies.store import StudyStore
+
+SETTINGS = PaperStudySettings(
+    presets=("literal", "decaying"), grids=("1x1",), seeds=2, horizon_s=60, rewards=("entropy",)
+)
+FILES = ("runs.parquet", "series.parquet")
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("studies") / "whole"
+    run_paper_study(SETTINGS, folder, executor=LocalExecutor(1))
+    return folder
+
+
+class Interrupted:
+    """An executor that is interrupted after some items."""
+
+    def __init__(self, after):
+        self.after = after
+
+    def map(self, function, items):
+        for item in items[: self.after]:
+            yield function(item)
+        raise KeyboardInterrupt
+
+
+def test_a_finished_study_holds_results_and_nothing_half_done(whole):
+    assert {path.name for path in whole.iterdir()} == {*FILES, "manifest.json", "study.json"}
+    manifest = json.loads((whole / "manifest.json").read_text())
+    assert manifest["configuration"]["presets"]["decaying"]["epsilon_decay"] == 0.95
+    assert manifest["wall_s"] > 0
+
+
+def test_an_interrupted_study_continues_and_gives_the_same_bytes(whole, tmp_path):
+    folder = tmp_path / "study"
+    with pytest.raises(KeyboardInterrupt):
+        run_paper_study(SETTINGS, folder, executor=Interrupted(after=3))
+    assert not (folder / "manifest.json").exists()
+    seen = []
+    run_paper_study(
+        SETTINGS, folder, executor=LocalExecutor(1), progress=lambda *each: seen.append(each)
+    )
+    assert seen == [(3, 4), (4, 4)]
+    for name in FILES:
+        assert (folder / name).read_bytes() == (whole / name).read_bytes()
+
+
+def test_two_workers_give_the_bytes_of_one(whole, tmp_path):
+    run_paper_study(SETTINGS, tmp_path / "two", executor=LocalExecutor(2))
+    for name in FILES:
+        assert (tmp_path / "two" / name).read_bytes() == (whole / name).read_bytes()
+
+
+def test_a_complete_study_is_left_as_it_is(whole):
+    before = (whole / "manifest.json").stat().st_mtime_ns
+    run_paper_study(SETTINGS, whole, executor=Interrupted(after=0))
+    assert (whole / "manifest.json").stat().st_mtime_ns == before
+
+
+def test_a_block_without_its_series_does_not_count(tmp_path):
+    plan = blocks(SETTINGS)
+    with StudyStore(tmp_path / "study", {"study": "x"}) as store:
+        store.keep(run_block(SETTINGS, plan[0]))
+        store.flush()
+        assert store.finished() == {plan[0]}
+        for path in (tmp_path / "study" / "parts").glob("runs-*"):
+            path.unlink()
+        assert store.finished() == set()
+
+
+def test_a_folder_that_cannot_hold_the_study_is_refused(whole, tmp_path):
+    (tmp_path / "file").write_text("")
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "thesis.tex").write_text("")
+    for folder, found in (
+        (tmp_path / "file", "it is a file"),
+        (tmp_path / "full", "it holds other files"),
+        (whole, "another study, with other seeds"),
+    ):
+        with pytest.raises(OutputError, match=found):
+            run_paper_study(SETTINGS.model_copy(update={"seeds": 3}), folder)
+
+
+def test_a_study_in_use_is_refused_and_a_dead_lock_is_not(tmp_path):
+    folder = tmp_path / "study"
+    with (
+        StudyStore(folder, {"study": "x"}),
+        pytest.raises(OutputError, match="another process is at work"),
+        StudyStore(folder, {"study": "x"}),
+    ):
+        pass
+    assert not (folder / "in-use").exists()
+    (folder / "in-use").write_text(str(_dead_process()))
+    with StudyStore(folder, {"study": "x"}):
+        assert (folder / "in-use").read_text() == str(os.getpid())
+
+
+def _dead_process():
+    child = os.fork() if hasattr(os, "fork") else None
+    if child == 0:
+        os._exit(0)
+    os.waitpid(child, 0)
+    return child
+
+
+def test_the_tables_hold_one_row_per_run_and_decision(whole):
+    runs, series = (pl.read_parquet(whole / name) for name in FILES)
+    assert runs.height * 7 == series.height
+    assert runs["status"].unique().to_list() == ["ok"]
