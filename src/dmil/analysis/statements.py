@@ -136,7 +136,7 @@ STATEMENTS: tuple[Statement, ...] = (
     Statement(
         "throughput-100",
         "paper",
-        "… and increased the vehicle throughput by more than 100%.",
+        "Using entropy and diffusion … increased the vehicle throughput by more than 100%.",
         "Some architecture has more than twice the V_c that it has under default",
         rewards(PHYSICAL, "default", ARRIVED, "several"),
         "above",
@@ -163,7 +163,8 @@ STATEMENTS: tuple[Statement, ...] = (
     Statement(
         "communication-neutral",
         "paper",
-        "This phenomenon doesn't occur with the other two reward signals.",
+        "This phenomenon [more waiting with communication] doesn't occur with the other two reward "
+        "signals.",
         f"W/V_c of Complex + communication is within ±{_SAME} of Complex under entropy "
         "and diffusion",
         columns((COMPLEX_COMMUNICATION,), COMPLEX, WAIT, PHYSICAL),
