@@ -48,9 +48,10 @@ class Embedding:
             ("cell_offset", 0),
             ("tolerance", 0),
         ):
-            if getattr(self, field) < least:
+            value = getattr(self, field)
+            if not isinstance(value, int) or isinstance(value, bool) or value < least:
                 raise InputError(
-                    f"{field} is {getattr(self, field)}",
+                    f"{field} is {value!r}",
                     where=f"embedding '{self.name}'",
                     expected=f"a whole number of at least {least}",
                 )

@@ -34,7 +34,7 @@ def states(count=3000):
     rng = stream(1, "states")
     load = rng.choice([0.2, 1.0, 4.0, 30.0, 1e5], (count, 1))
     drawn = rng.poisson(load * rng.random((count, 12)))
-    drawn[:3] = 0, 1, 2**30
+    drawn[:3] = [[0], [1], [2**30]]
     return drawn.tolist()
 
 
@@ -142,7 +142,7 @@ def test_a_cell_has_a_width():
 
 def test_embeddings_have_names():
     assert {name: embedding(name).name for name in EMBEDDINGS} == {n: n for n in EMBEDDINGS}
-    with pytest.raises(UnknownNameError, match="did you mean 'simple'"):
+    with pytest.raises(UnknownNameError, match="Did you mean 'simple'"):
         embedding("simpel")
 
 
@@ -153,9 +153,6 @@ def test_the_papers_embeddings_are_those_of_the_specification():
     )
     assert EMBEDDINGS["cells"] == Embedding("cells", cell_width=3, cell_offset=1)
     assert EMBEDDINGS["exact"] == Embedding("exact")
-
-
-OWN = Embedding("own", scale_levels=9)
 
 
 def test_an_embedding_of_ones_own_has_an_import_path():
