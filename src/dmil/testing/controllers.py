@@ -48,7 +48,7 @@ def _check_chance(trial: Trial, first: Controller) -> None:
     chosen = trial.run(first, "the first run", rng)
     again = trial.run(second, "the first run of a second controller", chance("first run"))
     trial.expect_same_phases(
-        chosen, again, ControllerRule.CHANCE, "an equal run of a controller made before"
+        chosen, again, ControllerRule.REPEAT, "an equal run of a controller made before"
     )
     drawn = rng.bit_generator.state
     trial.run(first, "the second run, where all rewards are 0,", chance("second run"), no_reward)

@@ -11,6 +11,8 @@ from dmil.scenarios import QueueDynamics, Scenario, SignalTiming, scenario
 HORIZON_S = 300
 UNEVEN_RATE_VEH_PER_MIN = 8.0
 
+Movements = tuple[Movement, ...]
+
 _TURNS: Mapping[int, Turn] = {1: "right", 2: "straight", 3: "left"}
 _STEPS_M = ((200.0, 0.0), (0.0, 100.0), (-200.0, 0.0), (0.0, -100.0))
 _AROUND = {
@@ -25,8 +27,8 @@ def proving_grounds() -> tuple[Scenario, ...]:
     """Return the scenarios on which parts are checked (ours).
 
     The paper's single intersection; a grid that is not square; and an uneven row of intersections
-    with three and four ways, three, two and a single phase, roads of different lengths, decisions
-    every 5 s, and signals that refuse to change too soon.
+    with three and four ways, six and eight movements, three, two and a single phase, roads of
+    different lengths, decisions every 5 s, and signals that refuse to change too soon.
     """
     uneven = uneven_network()
     rates = {node: UNEVEN_RATE_VEH_PER_MIN for node in uneven.fringe}
@@ -53,26 +55,29 @@ def uneven_network() -> RoadNetwork:
     return RoadNetwork(
         name="uneven",
         links=tuple(links.values()),
-        intersections=(_one_phase_per_side("A"), _two_phases("B"), _single_phase("C")),
+        intersections=(_one_phase_per_side("A"), _two_phases_without_left("B"), _single_phase("C")),
         fringe=tuple(node for node in position_m if node not in _AROUND),
         position_m=position_m,
     )
 
 
-def _movements(node: str) -> tuple[Movement, ...]:
+def _movements(node: str, turns: tuple[Turn, ...] = ("right", "straight", "left")) -> Movements:
     around = _AROUND[node]
     sides = sorted(around)
+    ways = {
+        side: [
+            (turn, around[(side + step) % 4])
+            for step, turn in _TURNS.items()
+            if turn in turns and (side + step) % 4 in around
+        ]
+        for side in sides
+    }
     return tuple(
         Movement(
-            f"{around[side]}>{node}",
-            f"{node}>{around[(side + step) % 4]}",
-            turn,
-            sides.index(side),
-            lanes=2 / sum((side + other) % 4 in around for other in _TURNS),
+            f"{around[side]}>{node}", f"{node}>{goal}", turn, sides.index(side), 2 / len(ways[side])
         )
         for side in sides
-        for step, turn in _TURNS.items()
-        if (side + step) % 4 in around
+        for turn, goal in ways[side]
     )
 
 
@@ -85,8 +90,8 @@ def _one_phase_per_side(node: str) -> Intersection:
     return Intersection(node, movements, phases, frozenset())
 
 
-def _two_phases(node: str) -> Intersection:
-    movements = _movements(node)
+def _two_phases_without_left(node: str) -> Intersection:
+    movements = _movements(node, ("right", "straight"))
     right = frozenset(j for j, movement in enumerate(movements) if movement.turn == "right")
     phases = tuple(
         frozenset(j for j, movement in enumerate(movements) if movement.approach % 2 == axis)

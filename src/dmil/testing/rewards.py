@@ -49,8 +49,10 @@ def check_reward(function: Callable[..., object]) -> None:
     """
     witness = Witness(getattr(function, "__qualname__", type(function).__name__))
     intervals = list(chain.from_iterable(map(_intervals, proving_grounds())))
-    first = [_checked(function, witness, *interval) for interval in intervals]
-    kept = [reward.copy() for reward in first]
+    returned, kept = [], []
+    for interval in intervals:
+        returned.append(_checked(function, witness, *interval))
+        kept.append(returned[-1].copy())
     for interval, reward in reversed(list(zip(intervals, kept, strict=True))):
         again = _checked(function, witness, *interval)
         change = difference(reward, again, "reward")
@@ -60,9 +62,9 @@ def check_reward(function: Callable[..., object]) -> None:
             f"called again with the same arguments, {change}",
             "the same reward, whatever was asked in between",
         )
-    for (place, *_), reward, returned in zip(intervals, kept, first, strict=True):
+    for (place, *_), reward, now in zip(intervals, kept, returned, strict=True):
         witness.where = place
-        change = difference(reward, returned, "reward")
+        change = difference(reward, now, "reward")
         witness.expect(
             change is None,
             RewardRule.SNAPSHOT,

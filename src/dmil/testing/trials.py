@@ -11,7 +11,7 @@ from dmil.controllers import Controller, Situation
 from dmil.controllers.protocol import FloatArray, IntArray
 from dmil.demand import Vehicles
 from dmil.network import RoadNetwork
-from dmil.rewards import Reward, default
+from dmil.rewards import Reward, diffusion
 from dmil.scenarios import Scenario
 from dmil.seeding import stream
 from dmil.simulation import Observation, QueueSimulator
@@ -31,6 +31,7 @@ class ControllerRule(StrEnum):
     EXISTING = "it chooses phases that the intersection has"
     INPUTS = "it does not change the observation or the reward that it is given"
     CHANCE = "chance comes only from the generator that begin was given for this run"
+    REPEAT = "new controllers with equal generators choose equal phases in equal runs"
     MEMORY_VERBS = "it has all of memory_use, arrays and restore, or none"
     MEMORY_USE = "memory_use counts what is remembered, and only looks"
     ARRAYS = "arrays() gives named numpy arrays of plain numbers that a file can hold"
@@ -98,7 +99,7 @@ class Trial:
         controller: Controller,
         label: str,
         rng: np.random.Generator,
-        reward: Reward = default,
+        reward: Reward = diffusion,
         *,
         after_decision: Callable[[], None] | None = None,
     ) -> list[IntArray]:
