@@ -30,10 +30,12 @@ def import_object(path: str, kind: str) -> Any:
     if os.getcwd() not in sys.path:
         sys.path.append(os.getcwd())
     try:
-        return getattr(importlib.import_module(module), name)
-    except ImportError as error:
-        problem = f"module '{module}' cannot be imported ({error})"
-    except AttributeError:
+        found = importlib.import_module(module)
+    except Exception as error:  # a user's module may fail in any way while it is imported
+        problem = f"module '{module}' cannot be imported ({type(error).__name__}: {error})"
+    else:
+        if hasattr(found, name):
+            return getattr(found, name)
         problem = f"module '{module}' has no '{name}'"
     raise InputError(
         problem,

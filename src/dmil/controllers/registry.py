@@ -135,7 +135,15 @@ def _expected(message: str) -> str:
 
 
 def _own_controller(path: str, options: Mapping[str, object]) -> Controller:
-    made = import_object(path, "controller")(**options)
+    kind = import_object(path, "controller")
+    try:
+        made = kind(**options)
+    except TypeError as error:
+        raise InputError(
+            f"it cannot be made ({error})",
+            where=f"controller '{path}'",
+            expected="a class that takes its options as keywords",
+        ) from error
     if not isinstance(made, Controller):
         raise InputError(
             f"{type(made).__name__} lacks the verbs of a controller",

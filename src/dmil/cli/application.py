@@ -1,0 +1,192 @@
+"""All commands under one name, and what the end of each means to the shell.
+
+Exit codes: 0 all went well; 1 it ran, but something failed or it was stopped; 2 the user's error,
+with one message and no traceback.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+from dmil.cli.help import CommandGroup
+from dmil.cli.terminal import print_error, print_json, say
+from dmil.errors import DmilError
+
+COMMANDS = {
+    "study": "Run a whole study, such as the paper's, and write its report.",
+    "simulate": "Run one controller on one scenario and print what was measured.",
+    "train": "Train a controller and save its policy to a file.",
+    "evaluate": "Compare controllers and trained policies on the same vehicles.",
+    "report": "Write the report of a study again: page, figures, tables.",
+    "theory": "Bound the memory's growth and check a choice of its settings.",
+    "scenarios": "List the scenarios, or describe one.",
+    "controllers": "List controllers, rewards and embeddings, or the settings of one.",
+    "bench": "Measure the speed of simulator, controllers and look-ups.",
+    "version": "Print versions of dmil and of what it stands on.",
+}
+OK, FAILED, USER_ERROR = 0, 1, 2
+
+
+class StoppedError(Exception):
+    """A command was stopped by Ctrl-C or a signal; the message says how to go on."""
+
+
+class LazyGroup(CommandGroup):
+    """Commands that are imported when they run: help and version stay quick."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        for name, line in COMMANDS.items():
+            self.add_command(TyperCommand(name=name, help=line), name)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Replace a command's name and one line by the command."""
+        name, command, rest = super().resolve_command(ctx, args)
+        if name in COMMANDS:
+            module = importlib.import_module(f"dmil.cli.{name}")
+            command = typer.main.get_command(module.app)
+        return name, command, rest
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command; what stops it is an error like any other."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise StoppedError("") from None
+
+    def main(
+        self,
+        args: Sequence[str] | None = None,
+        prog_name: str | None = None,
+        complete_var: str | None = None,
+        standalone_mode: bool = True,
+        windows_expand_args: bool = True,
+        **extra: Any,
+    ) -> Any:
+        """Run the command line and end with its exit code."""
+        arguments = list(sys.argv[1:] if args is None else args)
+
+        def run() -> Any:
+            return TyperGroup.main(
+                self,
+                arguments,
+                prog_name,
+                complete_var,
+                standalone_mode=False,
+                windows_expand_args=windows_expand_args,
+                **extra,
+            )
+
+        with _terminated_like_interrupted():
+            sys.exit(exit_code(run, arguments))
+
+
+def exit_code(run: Callable[[], Any], arguments: Sequence[str]) -> int:
+    """Run a command line; turn every end of it into messages and an exit code (ours).
+
+    Parameters
+    ----------
+    run
+        Runs it; returns an exit code or None.
+    arguments
+        What was typed: an error before the options are understood also honours ``--json`` and
+        ``--debug``.
+    """
+    try:
+        code = run()
+        sys.stdout.flush()
+        return code if isinstance(code, int) else OK
+    except BrokenPipeError:
+        # Whoever reads has seen enough (`| head`). Python would complain once more at the end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FAILED
+    except (DmilError, typer.TyperException) as error:
+        if _debugging(arguments):
+            traceback.print_exc()
+        message = str(error) if isinstance(error, DmilError) else error.format_message()
+        _tell(message, arguments, hint=_hint(error))
+        return USER_ERROR
+    except (StoppedError, KeyboardInterrupt) as stop:
+        if _debugging(arguments):
+            traceback.print_exc()
+        _tell(str(stop), arguments, label="stopped")
+        return FAILED
+    except Exception as error:
+        # Not the user's to mend, unless a part of their own failed: where it arose is the message.
+        traceback.print_exc()
+        _tell(f"{type(error).__name__}: {error}", arguments)
+        return FAILED
+
+
+def _tell(message: str, arguments: Sequence[str], *, label: str = "error", hint: str = "") -> None:
+    print_error(message, label=label)
+    if hint:
+        say(hint)
+    if "--json" in arguments:
+        print_json({"error": message or label})
+
+
+def _hint(error: Exception) -> str:
+    context = getattr(error, "ctx", None)
+    return f"Help: {context.command_path} --help" if context is not None else ""
+
+
+def _debugging(arguments: Sequence[str]) -> bool:
+    return "--debug" in arguments or bool(os.environ.get("DMIL_DEBUG"))
+
+
+@contextmanager
+def _terminated_like_interrupted() -> Iterator[None]:
+    """Let a request to end (SIGTERM) do what Ctrl-C does: keep what is finished, say so."""
+
+    def interrupt(number: int, frame: object) -> None:
+        raise KeyboardInterrupt
+
+    try:
+        before = signal.signal(signal.SIGTERM, interrupt)
+    except ValueError:  # not in the main thread, where signals cannot arrive
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+app = typer.Typer(
+    cls=LazyGroup,
+    invoke_without_command=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+@app.callback()
+def _overview(ctx: typer.Context) -> None:
+    """Train, compare and inspect memory-based traffic-signal controllers.
+
+    A controller chooses a phase for every intersection every few seconds. Its headline number is
+    W/V_c: the mean time that a vehicle waits, in s, divided by the number of vehicles that reached
+    their destination within the run. Lower is better.
+
+    In five minutes:
+        dmil simulate --scenario grid:3x3 --controller max-pressure
+        dmil train --scenario grid:3x3 --out policy.npz
+        dmil evaluate --policy policy.npz
+        dmil study paper --preset literal --seeds 5 --out study
+
+    Every command explains itself with --help, and prints one JSON object with --json. Exit codes:
+    0 all went well, 1 something failed or was stopped, 2 your input cannot be used.
+    """
+    if ctx.invoked_subcommand is None:
+        ctx.get_help()

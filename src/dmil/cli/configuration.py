@@ -1,0 +1,232 @@
+"""Parameters of a command from a TOML file, checked, merged with options, and written as TOML."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+import types
+import typing
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Literal, TypeVar
+
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+
+from dmil.errors import InputError, unknown_name
+
+Model = TypeVar("Model", bound=BaseModel)
+Values = dict[str, Any]
+
+_SHORTER = {
+    "greater than or equal to": "at least",
+    "less than or equal to": "at most",
+    "greater than": "more than",
+    "a valid": "a",
+}
+
+
+def read_file(path: Path, kind: type[BaseModel]) -> Values:
+    """Read a TOML file whose keys are the fields of ``kind``, tables for those that nest (ours).
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is no TOML, or has an unknown key.
+    """
+    where = str(path)
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(
+            "there is no such file", where=where, mend="write one with: dmil … --print-config"
+        ) from None
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})", where=where) from None
+    except ValueError as error:  # TOML's and UTF-8's errors are both of this kind
+        raise InputError(f"no TOML: {error}", where=where) from None
+    _check_keys(values, kind, where)
+    return values
+
+
+def _check_keys(values: Values, kind: type[BaseModel], where: str, table: str = "") -> None:
+    if kind.model_config.get("extra") == "allow":
+        return
+    place = f"{where}, table [{table}]" if table else where
+    for key, value in values.items():
+        if key not in kind.model_fields:
+            raise unknown_name("key", key, kind.model_fields, where=place)
+        nested = _nested(kind.model_fields[key])
+        tables = value if isinstance(value, list) else [value]
+        if nested is not None:
+            for each in tables:
+                if isinstance(each, dict):
+                    _check_keys(each, nested, where, f"{table}.{key}" if table else key)
+
+
+def _nested(field: FieldInfo) -> type[BaseModel] | None:
+    """Return the class of the tables that a field holds, None if it holds plain values."""
+    for kind in (field.annotation, *typing.get_args(field.annotation)):
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            return kind
+    return None
+
+
+def merge(below: Values, above: Mapping[str, Any]) -> Values:
+    """Lay values over others, table by table; a table with another name is another thing (ours)."""
+    if above.get("name", below.get("name")) != below.get("name") and "name" in below:
+        return dict(above)
+    merged = dict(below)
+    for key, value in above.items():
+        under = merged.get(key)
+        both = isinstance(under, dict) and isinstance(value, Mapping)
+        merged[key] = merge(typing.cast(Values, under), value) if both else value
+    return merged
+
+
+def validated(kind: type[Model], values: Values, places: Mapping[str, str], file: str) -> Model:
+    """Make settings from values, with one clear error (ours).
+
+    Parameters
+    ----------
+    kind
+        Class of the settings.
+    values
+        Values of its fields.
+    places
+        Path of a field, such as ``timing.clearance_s``, to the option it was given by.
+    file
+        Where everything else comes from.
+
+    Raises
+    ------
+    InputError
+        Naming the first value that cannot be used.
+    """
+    try:
+        return kind(**values)
+    except ValidationError as error:
+        first = error.errors()[0]
+    steps = [str(step) for step in first["loc"] if not isinstance(step, int)]
+    path = ".".join(steps)
+    option = next((places[p] for p in (path, steps[0] if steps else "") if p in places), None)
+    where = option or ": ".join(part for part in (file, path) if part)
+    if first["type"] == "literal_error":
+        known = _choices(kind, steps)
+        raise unknown_name(steps[-1].removesuffix("s"), str(first["input"]), known, where=where)
+    raise InputError(
+        f"found {_shown(first['input'])}", where=where, expected=_expected(first["msg"])
+    )
+
+
+def _expected(message: str) -> str:
+    """Say pydantic's sentence more shortly."""
+    for start in ("Value error, ", "Input should be "):
+        message = message.removeprefix(start)
+    for long, short in _SHORTER.items():
+        message = message.replace(long, short)
+    return message
+
+
+def _choices(kind: type[BaseModel], steps: list[str]) -> list[str]:
+    field = kind.model_fields[steps[0]]
+    inner = _nested(field)
+    if inner is not None and len(steps) > 1:
+        return _choices(inner, steps[1:])
+    return list(_literals(field.annotation))
+
+
+def _literals(annotation: Any) -> Iterator[str]:
+    if typing.get_origin(annotation) is Literal:
+        yield from map(str, typing.get_args(annotation))
+        return
+    for part in typing.get_args(annotation):
+        yield from _literals(part)
+
+
+def _shown(value: Any) -> str:
+    return repr(value) if isinstance(value, str) else str(value)
+
+
+def as_toml(settings: BaseModel, title: str) -> str:
+    """Write settings as TOML, every key with its meaning; unset ones as comments (ours).
+
+    Parameters
+    ----------
+    settings
+        What to write.
+    title
+        First line, a comment.
+    """
+    lines = [f"# {title}", *_table(settings, "")]
+    return "\n".join(lines) + "\n"
+
+
+def _table(settings: BaseModel, name: str) -> Iterator[str]:
+    tables: list[tuple[str, BaseModel, str]] = []
+    for key, field in type(settings).model_fields.items():
+        value = getattr(settings, key)
+        path = f"{name}.{key}" if name else key
+        if isinstance(value, BaseModel):
+            tables.append((f"[{path}]", value, field.description or ""))
+        elif _nested(field) is not None and isinstance(value, tuple):
+            tables += [(f"[[{path}]]", each, field.description or "") for each in value]
+        else:
+            yield from ("", *_comment(field.description or ""), _pair(key, value))
+    meanings = getattr(settings, "meanings", {})
+    for key, value in (settings.model_extra or {}).items():
+        yield from ("", *_comment(meanings.get(key, "")), _pair(key, value))
+    for head, each, meaning in tables:
+        yield from ("", *_comment(meaning), head, *_table(each, head.strip("[]")))
+
+
+def _comment(text: str) -> list[str]:
+    lines, width = [""], 98
+    for word in text.split():
+        if len(lines[-1]) + len(word) > width:
+            lines.append("")
+        lines[-1] += f" {word}"
+    return [f"#{line}" for line in lines if line]
+
+
+def _pair(key: str, value: Any) -> str:
+    if value is None:
+        return f"# {key} ="
+    return f"{key} = {_toml(value)}"
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int | float):
+        return repr(value)
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_toml, value))}]"
+    if isinstance(value, dict):
+        return "{ " + ", ".join(_pair(key, each) for key, each in value.items()) + " }"
+    # A JSON string is a TOML string, too.
+    return json.dumps(str(value), ensure_ascii=False)
+
+
+def base_type(annotation: Any) -> Any:
+    """Return T of ``T | None``, other annotations as they are (ours)."""
+    if typing.get_origin(annotation) in (typing.Union, types.UnionType):
+        inner = [part for part in typing.get_args(annotation) if part is not type(None)]
+        return base_type(inner[0]) if len(inner) == 1 else annotation
+    if typing.get_origin(annotation) is typing.Annotated:
+        return base_type(typing.get_args(annotation)[0])
+    return annotation
+
+
+def field_at(kind: type[BaseModel], path: str) -> FieldInfo:
+    """Return the field at a dotted path (ours)."""
+    name, _, rest = path.partition(".")
+    field = kind.model_fields[name]
+    nested = _nested(field)
+    return field_at(nested, rest) if rest and nested is not None else field
+
+
+def nested_value(path: str, value: Any) -> Values:
+    """Return ``{"a": {"b": value}}`` for the path "a.b" (ours)."""
+    name, _, rest = path.partition(".")
+    return {name: nested_value(rest, value) if rest else value}

@@ -1,0 +1,205 @@
+"""``dmil simulate``: one controller, one scenario, what was measured."""
+
+from __future__ import annotations
+
+import contextlib
+import json as json_module
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+import typer
+from pydantic import Field
+from rich import box
+from rich.table import Table
+
+from dmil.cli.choices import (
+    REWARD,
+    SCENARIO_OPTIONS,
+    ControllerChoice,
+    complete_scenario,
+    controller_options,
+    policy_from,
+    with_scenario_of,
+)
+from dmil.cli.help import Command
+from dmil.cli.measures import MEASURES, UNFINISHED, number
+from dmil.cli.parameters import Option, settings_command
+from dmil.cli.terminal import print_json, say, show, waiting
+from dmil.compilation import is_cold
+from dmil.errors import OutputError
+from dmil.files import write_atomically
+from dmil.rewards import make_reward
+from dmil.scenarios import Scenario
+from dmil.scenarios.recipe import ScenarioRecipe
+from dmil.seeding import stream
+from dmil.simulation import QueueSimulator
+from dmil.statistics import mean_interval
+from dmil.studies import compile_kernels
+from dmil.studies.block import measures_row
+from dmil.studies.comparison import Contender
+from dmil.training import Run, evaluate, vehicles_of_seed
+
+SERIES_ENDINGS = (".csv", ".parquet")
+
+
+class SimulateParameters(ScenarioRecipe):
+    """One controller on one scenario."""
+
+    controller: ControllerChoice = Field(
+        ControllerChoice(name="max-pressure"),
+        description="Controller: a name (see dmil controllers) or package.module:Class.",
+    )
+    policy: Path | None = Field(
+        None, description="Policy of a trained controller, instead; it acts frozen and greedily."
+    )
+    reward: str = Field("diffusion", description=REWARD)
+    seed: int = Field(0, ge=0, description="Seed of demand and chance; the first of several.")
+    seeds: int = Field(1, ge=1, description="Number of seeds.")
+    series: Path | None = Field(
+        None,
+        description="Write V_c and queue of every second to this file, .csv or .parquet.",
+    )
+
+
+OPTIONS = (
+    *SCENARIO_OPTIONS,
+    *controller_options(many=False),
+    Option("policy", "--policy", "Controller", "FILE"),
+    Option("reward", "--reward", "Controller"),
+    Option("seed", "--seed", "Runs"),
+    Option("seeds", "--seeds", "Runs"),
+    Option("series", "--series", "Output", "FILE"),
+)
+
+app = typer.Typer(add_completion=False)
+
+
+def _complete(settings: SimulateParameters) -> SimulateParameters:
+    changes = complete_scenario(settings) | {"controller": settings.controller.complete()}
+    return settings.model_copy(update=changes)
+
+
+@app.command(cls=Command)
+@settings_command("simulate", SimulateParameters, OPTIONS, complete=_complete)
+def simulate(settings: SimulateParameters, json: bool) -> None:
+    """Run one controller on one scenario and print what was measured.
+
+    For example:
+        dmil simulate --scenario grid:5x5
+        dmil simulate --scenario grid:3x3 --controller sarsa --set embedding=cells
+        dmil simulate --scenario cityflow:FOLDER --steps 3600 --seeds 5
+        dmil simulate --policy policy.npz --series run.csv
+
+    A run begins with an empty network. In each step of 1 s vehicles arrive, drive on, and leave the
+    queues that have green; every decision interval the controller chooses the phases. The main
+    numbers: V_c, vehicles that reached their destination; W, the time that a vehicle waits in
+    queues, in the mean; W/V_c, the paper's headline number; travel time from departure to arrival.
+    Vehicles that have not arrived count with their time up to the end of the run.
+
+    A controller that learns begins with an empty memory and learns during the run, unless it comes
+    from a policy. Times are in s, rates in vehicles per s, lengths in m.
+    """
+    policy = policy_from(settings.policy)
+    recipe = with_scenario_of(settings, policy)
+    scenario = recipe.build()
+    contender = _contender(settings)
+    reward = make_reward(policy.reward if policy else settings.reward)
+    contender.make(scenario.network)
+    if settings.series and settings.series.suffix not in SERIES_ENDINGS:
+        raise OutputError(
+            f"the file ends in '{settings.series.suffix}'",
+            where="--series",
+            expected=" or ".join(SERIES_ENDINGS),
+        )
+    simulator = QueueSimulator(scenario)
+    rows, series = [], []
+    seeds = range(settings.seed, settings.seed + settings.seeds)
+    with contextlib.ExitStack() as stack:
+        if is_cold():
+            stack.enter_context(waiting("First start: compiling kernels, once …"))
+            compile_kernels()
+        for seed in seeds:
+            vehicles = vehicles_of_seed(scenario, seed)
+            run = evaluate(simulator, contender.make(scenario.network), vehicles, reward, seed)
+            rows.append({"seed": seed} | _row(run, scenario))
+            series.append(_series(run, seed))
+    if settings.series:
+        _write_series(pl.concat(series), settings.series)
+    if json:
+        print_json(
+            {
+                "scenario": scenario.name,
+                "controller": contender.label,
+                "horizon_s": scenario.horizon_s,
+                "runs": rows,
+                "series": settings.series,
+            }
+        )
+        return
+    show(_table(rows, f"{contender.label} on {scenario.name}, {scenario.horizon_s} s"))
+    show(UNFINISHED)
+    if settings.series:
+        say(f"Every second of it: {settings.series}")
+
+
+def _contender(settings: SimulateParameters) -> Contender:
+    options = settings.controller.options
+    if settings.policy is None:
+        return Contender(
+            settings.controller.name, settings.controller.name, json_module.dumps(options)
+        )
+    frozen = {"learning": False, "epsilon": 0.0}
+    return Contender(
+        settings.policy.name,
+        options=json_module.dumps(frozen | options),
+        policy=str(settings.policy),
+    )
+
+
+def _row(run: Run, scenario: Scenario) -> dict[str, Any]:
+    row = measures_row(run.measures, run.memory[-1])
+    row["bytes_per_intersection"] = row["bytes_total"] / len(scenario.network.intersections)
+    row["refused_changes"] = run.measures.refused_changes
+    return row
+
+
+def _series(run: Run, seed: int) -> pl.DataFrame:
+    measures = run.measures
+    return pl.DataFrame(
+        {
+            "seed": pl.Series([seed] * measures.time_s, dtype=pl.Int64),
+            "time_s": pl.Series(range(1, measures.time_s + 1), dtype=pl.Int64),
+            "arrived_veh": pl.Series(measures.arrived_at, dtype=pl.Int64),
+            "queue_veh": pl.Series(measures.queued_at, dtype=pl.Int64),
+        }
+    )
+
+
+def _write_series(table: pl.DataFrame, path: Path) -> None:
+    write_atomically(path, table.write_csv if path.suffix == ".csv" else table.write_parquet)
+
+
+def _table(rows: list[dict[str, Any]], title: str) -> Table:
+    """Return one value for one run; mean with interval, and the seeds' extremes, for several."""
+    several = len(rows) > 1
+    seeds = (
+        f", seeds {rows[0]['seed']}–{rows[-1]['seed']}" if several else f", seed {rows[0]['seed']}"
+    )
+    table = Table(title=title + seeds, box=box.SIMPLE_HEAD, show_edge=False, title_justify="left")
+    table.add_column("measure", no_wrap=True)
+    table.add_column("mean" if several else "value", justify="right", no_wrap=True)
+    if several:
+        table.add_column("95 % interval", justify="right", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    frame = pl.DataFrame(rows)
+    shown = [m for m in MEASURES if not m.optional or (frame[m.name] != 0).any()]
+    values = frame.select(measure.name for measure in shown).cast(pl.Float64).to_numpy()
+    estimate = mean_interval(values, stream(0, "bootstrap", "simulate"))
+    for i, measure in enumerate(shown):
+        cells = [number(float(estimate.value[i]), measure.digits)]
+        if several:
+            ends = (number(float(end[i]), measure.digits) for end in (estimate.low, estimate.high))
+            cells.append(f"[{', '.join(ends)}]")
+        table.add_row(measure.label, *cells, measure.unit)
+    return table

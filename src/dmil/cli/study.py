@@ -1,0 +1,224 @@
+"""``dmil study``: many runs, one report."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+import typer
+from pydantic import Field
+
+from dmil.analysis import Cells, cells_of, claims, summary
+from dmil.cli.application import FAILED, StoppedError
+from dmil.cli.help import Command, CommandGroup
+from dmil.cli.parameters import Option, settings_command, split
+from dmil.cli.study_tables import claim_lines, headline_table
+from dmil.cli.terminal import Progress, print_json, progress, say, show, show_lines, waiting
+from dmil.compilation import is_cold
+from dmil.errors import unknown_name
+from dmil.results import Results
+from dmil.studies import PRESETS, PaperStudySettings, make_executor, run_paper_study
+
+CELL_COLUMNS = (
+    "preset",
+    "reward",
+    "controller",
+    "embedding",
+    "communication",
+    "epsilon",
+    "n",
+    "w_over_vc_mean",
+    "w_over_vc_sd",
+    "vc_mean",
+    "entries_mean",
+)
+
+
+class StudyParameters(PaperStudySettings):
+    """The paper's study, and how it is run here."""
+
+    out: Path = Field(
+        Path("study"), description="Folder for results and report; a study begun there continues."
+    )
+    jobs: int | None = Field(
+        None, ge=1, description="Parallel processes; by default one per core. Same results."
+    )
+    executor: str = Field(
+        "local", description="Where runs happen: local (processes) or ray (extra 'ray')."
+    )
+    ray_address: str | None = Field(
+        None, description="Address of a Ray cluster; without it Ray is started here."
+    )
+    report: bool = Field(True, description="Whether to write the report, too.")
+
+    @property
+    def study(self) -> PaperStudySettings:
+        """What is run, without where and how."""
+        return PaperStudySettings(**{name: getattr(self, name) for name in _STUDY_FIELDS})
+
+
+_STUDY_FIELDS = tuple(PaperStudySettings.model_fields)
+
+
+def _presets(text: str) -> list[str]:
+    if text == "all":
+        return list(PRESETS)
+    for name in split(text):
+        if name not in PRESETS:
+            raise unknown_name("preset", name, [*PRESETS, "all"], where="--preset")
+    return split(text)
+
+
+OPTIONS = (
+    Option("presets", "--preset", "Study", "NAMES", read=_presets, default="all"),
+    Option("grids", "--grids", "Study", "NAMES"),
+    Option("seeds", "--seeds", "Study"),
+    Option("first_seed", "--first-seed", "Study"),
+    Option("horizon_s", "--steps", "Study"),
+    Option("load", "--load", "Study"),
+    Option("rewards", "--rewards", "Study", "NAMES"),
+    Option("equal_epsilon", "--equal-epsilon", "Study"),
+    Option("out", "--out", "Running", "DIR"),
+    Option("jobs", "--jobs", "Running"),
+    Option("executor", "--executor", "Running"),
+    Option("ray_address", "--ray-address", "Running", "ADDRESS"),
+    Option("report", "--report", "Output"),
+)
+
+app = typer.Typer(cls=CommandGroup, add_completion=False, invoke_without_command=True)
+
+
+@app.callback()
+def _studies(ctx: typer.Context) -> None:
+    """Run a whole study and write its report.
+
+    A study runs many controllers on many seeds, keeps every run in a folder (Parquet tables, see
+    docs/architecture.md) and makes one page of figures, tables and verdicts from them.
+
+        dmil study paper --help
+    """
+    if ctx.invoked_subcommand is None:
+        ctx.get_help()
+
+
+@app.command(cls=Command)
+@settings_command("study paper", StudyParameters, OPTIONS)
+def paper(settings: StudyParameters, json: bool) -> None:
+    """Run the paper's study: 24 architectures of memory and reward, and the baselines.
+
+    Each preset is one reading of what the paper leaves open: literal (as written), decaying (ε
+    falls during a run), matched (as the paper's magnitudes are best met). In each, every
+    architecture and every baseline meets the same vehicles in the same seed.
+
+    The number compared is W/V_c: the mean time that a vehicle waits, in s, divided by the vehicles
+    that reached their destination by the end of the run. Lower is better. Beside it stand the
+    paper's Table II, longest-queue-first and max-pressure, and a verdict on each of the paper's
+    claims, computed from these runs.
+
+    For example:
+        dmil study paper
+        dmil study paper --preset literal --grids 1x1,3x3 --seeds 5 --out trial
+        dmil study paper --steps 3600 --out long
+        dmil study paper --executor ray --ray-address auto --seeds 1000 --out large
+
+    Ctrl-C keeps what is finished; the same command continues. The results are the same bytes
+    however many processes run, and however often they were stopped. Settings that have no option,
+    such as the short-term memory's size, go into a file: --print-config shows them all.
+
+    Marks: [P] stated by the paper, [A] assumed because no other reading tried gives its magnitudes,
+    [F] fitted to its table.
+    """
+    started = time.perf_counter()
+    executor = make_executor(settings.executor, jobs=settings.jobs, address=settings.ray_address)
+    _run(settings, executor)
+    with Results(settings.out) as results:
+        cells = cells_of(results)
+        counts = results.query("select count(*) n, count(*) filter (status <> 'ok') f from runs")
+        failure = results.query("select status from runs where status <> 'ok' limit 1")
+        failed = int(counts["f"].item())
+        judged = claims(cells)
+        page = _report(settings) if settings.report else None
+        wall_s = round(time.perf_counter() - started, 3)
+        if json:
+            print_json(
+                {
+                    "cells": _cell_rows(cells),
+                    "claims": _claim_rows(judged),
+                    "wall_s": wall_s,
+                    "runs": int(counts["n"].item()),
+                    "failed": failed,
+                    "out": settings.out,
+                    "report": page,
+                }
+            )
+        else:
+            preset = cells.presets[-1]
+            where = page or f"dmil report {settings.out}"
+            show(headline_table(cells, preset), "")
+            show_lines(claim_lines(judged, preset))
+            show("", f"{counts['n'].item()} runs, {wall_s:.1f} s", f"Report: {where}")
+    if failed:
+        say(f"{failed} runs failed, the first with: {failure['status'].item()}")
+        raise typer.Exit(FAILED)
+
+
+def _run(settings: StudyParameters, executor: Any) -> None:
+    with progress("blocks", first_word="starting") as advance:
+        try:
+            run_paper_study(
+                settings.study, settings.out, executor=executor, progress=_telling(advance)
+            )
+        except KeyboardInterrupt:
+            raise StoppedError(
+                f"what is finished is kept in {settings.out}; the same command continues"
+            ) from None
+
+
+def _telling(advance: Progress) -> Progress:
+    """Say what happens before the first block is finished, where it takes a while."""
+    begun: list[bool] = []
+
+    def tell(done: int, total: int) -> None:
+        if not begun:
+            begun.append(True)
+            if done == total:
+                say(f"The folder holds this study complete, all {total} blocks: nothing to run.")
+                return
+            if is_cold():
+                say("First start: the kernels are compiled once, which takes about half a minute.")
+        advance(done, total)
+
+    return tell
+
+
+def _report(settings: StudyParameters) -> Path:
+    from dmil.reports import write_report
+
+    with waiting("writing the report"):
+        return write_report(settings.out)
+
+
+def _cell_rows(cells: Cells) -> list[dict[str, Any]]:
+    return [
+        {"grid": row["scenario"].removeprefix("grid:")} | {name: row[name] for name in CELL_COLUMNS}
+        for row in summary(cells).iter_rows(named=True)
+    ]
+
+
+def _claim_rows(judged: Any) -> list[dict[str, Any]]:
+    return [
+        {
+            "id": row["id"],
+            "preset": row["preset"],
+            "claim": row["sentence"],
+            "holds": row["holds"],
+            "evidence": {
+                "verdict": row["verdict"],
+                "rule": row["rule"],
+                "summary": row["summary"],
+                "comparisons": row["evidence"],
+            },
+        }
+        for row in judged.iter_rows(named=True)
+    ]

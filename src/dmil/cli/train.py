@@ -1,0 +1,264 @@
+"""``dmil train``: episodes, and a policy in a file after each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import typer
+from pydantic import Field
+
+from dmil.cli.application import StoppedError
+from dmil.cli.choices import (
+    REWARD,
+    SCENARIO_OPTIONS,
+    ControllerChoice,
+    complete_scenario,
+    controller_options,
+    recipe_of,
+)
+from dmil.cli.help import Command
+from dmil.cli.measures import number
+from dmil.cli.parameters import Option, settings_command
+from dmil.cli.terminal import print_json, say, show, waiting
+from dmil.compilation import is_cold
+from dmil.controllers import CONTROLLERS, MemoryController, make_controller
+from dmil.errors import InputError
+from dmil.rewards import make_reward
+from dmil.scenarios import Scenario
+from dmil.scenarios.recipe import ScenarioRecipe
+from dmil.simulation import QueueSimulator
+from dmil.studies import compile_kernels
+from dmil.training import (
+    Policy,
+    Run,
+    controller_of,
+    load_policy,
+    policy_of,
+    save_policy,
+    train_prior,
+)
+from dmil.training import train as train_episodes
+
+
+class TrainParameters(ScenarioRecipe):
+    """A training."""
+
+    controller: ControllerChoice = Field(
+        ControllerChoice(name="dual-memory"),
+        description="Controller that learns: a name (see dmil controllers) or "
+        "package.module:Class.",
+    )
+    reward: str = Field("diffusion", description=REWARD)
+    episodes: int = Field(
+        10, ge=1, description="Runs to learn from, those of a resumed policy included."
+    )
+    seed: int = Field(0, ge=0, description="Master seed of demand and exploration.")
+    prior: bool = Field(
+        True,
+        description="Begin with what a dummy agent (exact SARSA, ε = 0.1) learns in one run, as in "
+        "the paper's training phase.",
+    )
+    out: Path | None = Field(
+        None, description="File of the policy, .npz; with --resume by default the resumed one."
+    )
+    resume: Path | None = Field(
+        None,
+        description="Go on with the training of this policy: scenario, controller and seed are its "
+        "own.",
+    )
+
+
+OPTIONS = (
+    *SCENARIO_OPTIONS,
+    *controller_options(many=False),
+    Option("reward", "--reward", "Training"),
+    Option("episodes", "--episodes", "Training"),
+    Option("seed", "--seed", "Training"),
+    Option("prior", "--prior", "Training"),
+    Option("resume", "--resume", "Training", "FILE"),
+    Option("out", "--out", "Output", "FILE"),
+)
+
+app = typer.Typer(add_completion=False)
+
+
+def _complete(settings: TrainParameters) -> TrainParameters:
+    changes = complete_scenario(settings) | {"controller": settings.controller.complete()}
+    return settings.model_copy(update=changes)
+
+
+@app.command(cls=Command)
+@settings_command("train", TrainParameters, OPTIONS, complete=_complete)
+def train(settings: TrainParameters, json: bool) -> None:
+    """Train a controller and save its policy to a file.
+
+    For example:
+        dmil train --scenario grid:3x3 --out policy.npz
+        dmil train --scenario grid:3x3 --set embedding=complex --out complex.npz
+        dmil train --roadnet roadnet.json --flow flow.json --out city.npz
+        dmil train --resume policy.npz --episodes 20
+        dmil evaluate --policy policy.npz
+
+    Each episode is one run with demand and exploration of its own; the memory stays from episode to
+    episode. After each one the policy is saved, and its line shows travel time and wait per vehicle
+    in s, W/V_c, and the memory's entries per intersection. These numbers include exploration: use
+    evaluate to judge the policy.
+
+    Ctrl-C keeps the last finished episode. A resumed training ends with the same bytes as one that
+    was not interrupted.
+    """
+    before = load_policy(settings.resume) if settings.resume else None
+    if before is not None and settings.resume is not None:
+        settings = _resumed(settings, before, str(settings.resume))
+    out = settings.out or settings.resume
+    if out is None:
+        raise InputError(
+            "no file for the policy", where="--out", mend="add for example: --out policy.npz"
+        )
+    scenario = recipe_of(settings).build()
+    reward = make_reward(settings.reward)
+    simulator = QueueSimulator(scenario)
+    done = int(before.training["episodes"]) if before else 0
+    options = settings.controller.complete().options
+    rows: list[dict[str, Any]] = []
+
+    controller = _checked(settings, options)
+    if is_cold():
+        with waiting("First start: compiling kernels, once …"):
+            compile_kernels()
+    if before is not None:
+        controller = controller_of(before, scenario.network, where=str(settings.resume))
+    elif settings.prior:
+        with waiting("training the dummy agent"):
+            prior = train_prior(scenario, reward, settings.seed, simulator=simulator)
+        made = make_controller(settings.controller.name, options, prior=prior)
+        assert isinstance(made, MemoryController)
+        controller = made
+
+    def keep(episode: int, run: Run) -> None:
+        save_policy(
+            policy_of(
+                controller,
+                scenario.network,
+                name=settings.controller.name,
+                options=options,
+                reward=settings.reward,
+                training=_record(settings, scenario, episode + 1),
+            ),
+            out,
+        )
+        rows.append(_row(episode + 1, run))
+        _tell_row(rows[-1], say if json else show, first=len(rows) == 1)
+
+    try:
+        train_episodes(
+            scenario,
+            controller,
+            reward,
+            settings.seed,
+            episodes=range(done, settings.episodes),
+            after_episode=keep,
+            simulator=simulator,
+        )
+    except KeyboardInterrupt:
+        raise StoppedError(_how_to_go_on(settings, out, done + len(rows))) from None
+    if json:
+        print_json({"policy": out, "scenario": scenario.name, "episodes": rows})
+    elif not rows:
+        show(f"{settings.resume} has its {done} episodes already; for more, add --episodes N.")
+    else:
+        show(f"Policy: {out}. Judge it: dmil evaluate --policy {out}")
+
+
+def _resumed(settings: TrainParameters, policy: Policy, where: str) -> TrainParameters:
+    """Take everything but length and file from the policy, and refuse what contradicts it."""
+    record = policy.training
+    if "recipe" not in record:
+        raise InputError(
+            "it does not say how it was trained", where=where, expected="a policy of dmil train"
+        )
+    own: dict[str, Any] = {
+        **record["recipe"],
+        "controller": {"name": policy.controller, **policy.options},
+        "reward": policy.reward,
+        "seed": record["seed"],
+        "prior": record["prior"],
+    }
+    trained = TrainParameters(**own)
+    for name in settings.model_fields_set - {"episodes", "out", "resume"}:
+        given, found = getattr(settings, name), getattr(trained, name)
+        if name == "controller":
+            given = given.complete()
+        if given != found:
+            raise InputError(
+                f"{name} differs from that of the policy",
+                where=f"--resume {where}",
+                expected="the same, or none: only --episodes and --out can be new",
+            )
+    lengths = {name: getattr(settings, name) for name in ("episodes", "out", "resume")}
+    return trained.model_copy(update=lengths)
+
+
+def _checked(settings: TrainParameters, options: dict[str, Any]) -> MemoryController:
+    controller = make_controller(settings.controller.name, options)
+    if not isinstance(controller, MemoryController):
+        raise InputError(
+            "it has no memory, so there is nothing to train",
+            where=f"controller '{settings.controller.name}'",
+            expected="one that learns, such as "
+            + " or ".join(name for name, entry in CONTROLLERS.items() if entry.learns),
+        )
+    return controller
+
+
+def _record(settings: TrainParameters, scenario: Scenario, episodes: int) -> dict[str, Any]:
+    """Return what a policy says about its training."""
+    return {
+        "scenario": scenario.name,
+        "recipe": recipe_of(settings).model_dump(mode="json", exclude_none=True),
+        "seed": settings.seed,
+        "prior": settings.prior,
+        "episodes": episodes,
+    }
+
+
+def _row(episode: int, run: Run) -> dict[str, Any]:
+    measures, memory = run.measures, run.memory[-1]
+    return {
+        "episode": episode,
+        "travel_time_s": measures.travel_time_s,
+        "wait_per_spawned_s": measures.wait_per_spawned_s,
+        "w_over_vc": measures.w_over_vc,
+        "arrived_veh": measures.arrived_veh,
+        "entries_per_agent": memory.entries,
+        "bytes_total": memory.bytes_total,
+    }
+
+
+COLUMNS: tuple[tuple[str, str, int], ...] = (
+    ("episode", "episode", 0),
+    ("travel_time_s", "travel time s", 1),
+    ("wait_per_spawned_s", "W s", 2),
+    ("w_over_vc", "W/V_c s/veh", 4),
+    ("arrived_veh", "arrived veh", 0),
+    ("entries_per_agent", "entries/int.", 1),
+)
+
+
+def _tell_row(row: dict[str, Any], tell: Callable[[str], None], *, first: bool) -> None:
+    """Print a line as soon as its episode is over; a table would wait for the last one."""
+    if first:
+        tell("  ".join(title for _, title, _ in COLUMNS))
+    cells = (f"{number(row[name], digits):>{len(title)}}" for name, title, digits in COLUMNS)
+    tell("  ".join(cells))
+
+
+def _how_to_go_on(settings: TrainParameters, out: Path, done: int) -> str:
+    if not done:
+        return "no episode was finished, nothing was saved"
+    return (
+        f"{done} of {settings.episodes} episodes are kept; go on with: "
+        f"dmil train --resume {out} --episodes {settings.episodes}"
+    )
