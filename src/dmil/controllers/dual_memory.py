@@ -73,12 +73,14 @@ class DualMemoryController(TabularLearner):
         """Return how much is remembered now: 3·m_L + |A|·m_s per agent (paper, §V)."""
         short, long = self.memory.short, self.memory.long
         actions = self._classes.phase_count[self.agents.shape]
+        agents = actions.size
+        short_total, long_total = int(short.rows.size.sum()), int(long.rows.size.sum())
         return MemoryUse(
-            short_term_entries=float(short.rows.size.mean()),
-            long_term_entries=float(long.rows.size.mean()),
+            short_term_entries=short_total / agents,
+            long_term_entries=long_total / agents,
             table_entries=0.0,
-            msize=float((3 * long.rows.size + actions * short.rows.size).mean()),
-            entries_total=int(short.rows.size.sum() + long.rows.size.sum()),
+            msize=(3 * long_total + int(short.rows.size.dot(actions))) / agents,
+            entries_total=short_total + long_total,
             bytes_total=bytes_used(short.rows, short[1:]) + bytes_used(long.rows, long[1:]),
         )
 

@@ -75,8 +75,8 @@ class SarsaController(TabularLearner):
         return MemoryUse(
             short_term_entries=0.0,
             long_term_entries=0.0,
-            table_entries=float(entries.mean()),
-            msize=float((entries * actions).mean()),
+            table_entries=int(entries.sum()) / entries.size,
+            msize=int(entries.dot(actions)) / entries.size,
             entries_total=int(sizes.sum()),
             bytes_total=bytes_used(table.rows, table[1:]),
         )

@@ -31,9 +31,8 @@ def bytes_used(rows: Rows, columns: Sequence[npt.NDArray[Any]]) -> int:
     columns
         What is stored with each row: (owners, capacity, …) arrays.
     """
-    row_bytes: int = sum(
-        array.itemsize * int(np.prod(array.shape[2:])) for array in (rows.keys, *columns)
-    )
+    owners, capacity, _ = rows.keys.shape
+    row_bytes = sum(array.nbytes // (owners * capacity) for array in (rows.keys, *columns))
     stored = int(rows.size.sum())
     if rows.tolerance:
         # One bit per row, place and level.
