@@ -172,10 +172,10 @@ def _table(settings: BaseModel, name: str) -> Iterator[str]:
         elif _nested(field) is not None and isinstance(value, tuple):
             tables += [(f"[[{path}]]", each, field.description or "") for each in value]
         else:
-            yield from ("", *_comment(field.description or ""), _pair(key, value))
+            yield from ("", *_comment(field.description or ""), pair(key, value))
     meanings = getattr(settings, "meanings", {})
     for key, value in (settings.model_extra or {}).items():
-        yield from ("", *_comment(meanings.get(key, "")), _pair(key, value))
+        yield from ("", *_comment(meanings.get(key, "")), pair(key, value))
     for head, each, meaning in tables:
         yield from ("", *_comment(meaning), head, *_table(each, head.strip("[]")))
 
@@ -189,21 +189,23 @@ def _comment(text: str) -> list[str]:
     return [f"#{line}" for line in lines if line]
 
 
-def _pair(key: str, value: Any) -> str:
+def pair(key: str, value: Any) -> str:
+    """Return a key with its value as TOML, a comment if it has none (ours)."""
     if value is None:
         return f"# {key} ="
-    return f"{key} = {_toml(value)}"
+    return f"{key} = {toml_value(value)}"
 
 
-def _toml(value: Any) -> str:
+def toml_value(value: Any) -> str:
+    """Return a value as TOML writes it (ours)."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, int | float):
         return repr(value)
     if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_toml, value))}]"
+        return f"[{', '.join(map(toml_value, value))}]"
     if isinstance(value, dict):
-        return "{ " + ", ".join(_pair(key, each) for key, each in value.items()) + " }"
+        return "{ " + ", ".join(pair(key, each) for key, each in value.items()) + " }"
     # A JSON string is a TOML string, too.
     return json.dumps(str(value), ensure_ascii=False)
 

@@ -170,3 +170,16 @@ def waiting(text: str) -> Iterator[None]:
     else:
         say(text)
         yield
+
+
+def entries(lines: Mapping[str, Any]) -> RenderableType:
+    """Return names and what they mean, in two columns."""
+    from rich.table import Table
+    from rich.text import Text
+
+    grid = Table.grid(padding=(0, 2, 0, 0))
+    grid.add_column(no_wrap=True)
+    grid.add_column(overflow="fold")
+    for name, meaning in lines.items():
+        grid.add_row(Text(name, "cyan"), Text(str(meaning)))
+    return grid
