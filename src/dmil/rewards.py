@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.compilation import allocating_kernel
-from dmil.errors import unknown_name
+from dmil.errors import InputError, unknown_name
 from dmil.importing import import_object
 from dmil.network import RoadNetwork
 from dmil.simulation import Observation
@@ -99,8 +99,15 @@ def make_reward(name: str) -> Reward:
         If there is none.
     """
     if ":" in name:
-        own: Reward = import_object(name, "reward")
-        return own
+        own = import_object(name, "reward")
+        if not callable(own):
+            raise InputError(
+                f"it is a {type(own).__name__}",
+                where=f"reward '{name}'",
+                expected="a function of two observations and the network",
+            )
+        reward: Reward = own
+        return reward
     if name not in REWARDS:
         raise unknown_name("reward", name, REWARDS)
     return REWARDS[name]

@@ -31,9 +31,11 @@ def bytes_used(rows: Rows, columns: Sequence[npt.NDArray[Any]]) -> int:
     columns
         What is stored with each row: (owners, capacity, …) arrays.
     """
+    stored = int(rows.size.sum())
+    if not stored:
+        return 0
     owners, capacity, _ = rows.keys.shape
     row_bytes = sum(array.nbytes // (owners * capacity) for array in (rows.keys, *columns))
-    stored = int(rows.size.sum())
     if rows.tolerance:
         # One bit per row, place and level.
         index = stored * rows.near.shape[1] * rows.near.shape[2] // 8

@@ -35,7 +35,8 @@ def check_memory(trial: Trial) -> None:
     with trial.witness.no_exception(ControllerRule.RESTORE, "restore after begin"):
         restored.begin(trial.situation(chance("restore")))
         restored.restore(loaded)
-    _expect_same_entries(trial, learner.memory_use(), restored.memory_use())
+        use = restored.memory_use()
+    _expect_same_entries(trial, learner.memory_use(), use)
     old = _run(trial, learner, "the second run", "restored")
     new = _run(trial, restored, "the first run after restore", "restored")
     trial.expect_same_phases(

@@ -62,7 +62,7 @@ def run(
     InputError
         If the reward is not one finite number per intersection.
     """
-    network = simulator.network
+    network, intersections = simulator.network, len(simulator.network.intersections)
     controller.begin(Situation(network, simulator.decision_interval_s, rng))
     remembering = controller if isinstance(controller, MemoryController) else None
     observation = simulator.reset(vehicles)
@@ -75,13 +75,13 @@ def run(
         following = simulator.advance(phases)
         if following.time_s >= simulator.horizon_s:
             break
-        last_reward = reward(observation, following, network)
-        if last_reward.shape != phases.shape or not np.isfinite(last_reward).all():
+        last_reward = np.asarray(reward(observation, following, network), np.float64)
+        if last_reward.shape != (intersections,) or not np.isfinite(last_reward).all():
             raise InputError(
                 f"the reward at {following.time_s} s has shape {last_reward.shape}"
                 f" and values {last_reward.ravel()[:3]}…",
                 where="reward",
-                expected=f"one finite number for each of the {phases.size} intersections",
+                expected=f"one finite number for each of the {intersections} intersections",
             )
         observation = following
     return Run(simulator.measures(), (*times_s, following.time_s), (*memory, memory[-1]))

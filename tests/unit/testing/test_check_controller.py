@@ -1,5 +1,6 @@
 """Every rule for controllers catches a controller that breaks it, and all of ours keep them."""
 
+import random
 from itertools import product
 from typing import ClassVar
 
@@ -33,6 +34,7 @@ def test_our_learners_conform_with_every_embedding(name, embedding, communicatio
     [
         ("sarsa", {"shared": True}),
         ("sarsa", {"learning": False}),
+        ("dual-memory", {"learning": False, "epsilon": 0.0}),
         ("dual-memory", {"staging": "visits"}),
         ("dual-memory", {"stage_period": 5}),
         ("dual-memory", {"short_capacity": 1, "epsilon_decay": 0.9}),
@@ -140,6 +142,11 @@ class NumpysChance(RandomController):
         return np.random.randint(0, self._phases)
 
 
+class PythonsChance(RandomController):
+    def decide(self, observation, reward):
+        return np.array([random.randrange(count) for count in self._phases])
+
+
 class ItsOwnChance(RandomController):
     def begin(self, situation):
         super().begin(situation)
@@ -205,6 +212,7 @@ WRONG = [
     (ControllerRule.INPUTS, longest(changed_queue), "it changed observation.queue_veh[0, 11]"),
     (ControllerRule.INPUTS, longest(changed_reward), "it changed reward[0]"),
     (ControllerRule.CHANCE, NumpysChance, "the global random numbers"),
+    (ControllerRule.CHANCE, PythonsChance, "the global random numbers"),
     (ControllerRule.CHANCE, SeedsNumpy, "begin of the first run on grid:1x1"),
     (ControllerRule.REPEAT, ItsOwnChance, "as in an equal run of a controller made before"),
     (ControllerRule.CHANCE, FirstChance, "the generator of an earlier run"),
