@@ -36,8 +36,13 @@ def cache_folder() -> Path:
         if b"kernel\n" in text:
             digest.update(path.relative_to(package).as_posix().encode())
             digest.update(text)
+    return user_cache_folder() / "kernels" / digest.hexdigest()
+
+
+def user_cache_folder() -> Path:
+    """Return the folder for what can be made again but takes time (ours)."""
     base = os.environ.get("DMIL_CACHE") or os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    return Path(base).expanduser() / "dmil" / "kernels" / digest.hexdigest()
+    return Path(base).expanduser() / "dmil"
 
 
 def is_cold() -> bool:

@@ -1,7 +1,29 @@
-"""What people see: figures, tables and one report per study."""
+"""What people see: figures, tables and one report per study.
 
-from dmil.reports.export import FORMATS, save_figure, specification
-from dmil.reports.gallery import Figure, gallery
-from dmil.reports.page import write_report
+The names are loaded when they are first used: a process that only draws needs none of them.
+"""
 
-__all__ = ["FORMATS", "Figure", "gallery", "save_figure", "specification", "write_report"]
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from dmil.reports.export import FORMATS, save_figure, specification
+    from dmil.reports.page import write_report
+
+__all__ = ["FORMATS", "save_figure", "specification", "write_report"]
+
+_FILE_OF = {
+    "FORMATS": "export",
+    "save_figure": "export",
+    "specification": "export",
+    "write_report": "page",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name from its file."""
+    if name not in _FILE_OF:
+        raise AttributeError(f"module 'dmil.reports' has no attribute '{name}'")
+    return getattr(importlib.import_module(f"dmil.reports.{_FILE_OF[name]}"), name)

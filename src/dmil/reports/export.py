@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import json
-from functools import cache, partial
+from contextlib import suppress
+from functools import partial
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import altair as alt
 import vl_convert
 
+from dmil.compilation import user_cache_folder
 from dmil.errors import OutputError
 from dmil.files import write_atomically
+from dmil.reports.drawing import PICTURE_FORMATS, draw
 from dmil.reports.theme import config
 
-FORMATS = ("svg", "png", "pdf", "html")
-_PNG_SCALE = 2.0
+FORMATS = (*PICTURE_FORMATS, "html")
 
 Specification = dict[str, Any]
 
@@ -28,12 +31,7 @@ def specification(chart: alt.TopLevelMixin) -> Specification:
     return built
 
 
-def svg_of(spec: Specification) -> str:
-    """Draw a specification once; PNG and PDF are made from this."""
-    return str(vl_convert.vegalite_to_svg(spec, allowed_base_urls=[]))
-
-
-def picture(spec: Specification, format: str, svg: str | None = None) -> bytes:
+def picture(spec: Specification, format: str) -> bytes:
     """Return a chart in one of the formats svg, png, pdf, html.
 
     Parameters
@@ -42,16 +40,11 @@ def picture(spec: Specification, format: str, svg: str | None = None) -> bytes:
         Vega-Lite specification.
     format
         One of :data:`FORMATS`; html is interactive and holds all it needs.
-    svg
-        The drawing, if it is there already.
     """
     if format == "html":
         page: str = vl_convert.vegalite_to_html(spec, bundle=True)
         return page.encode()
-    svg = svg or svg_of(spec)
-    if format == "png":
-        return bytes(vl_convert.svg_to_png(svg, scale=_PNG_SCALE))
-    return bytes(vl_convert.svg_to_pdf(svg)) if format == "pdf" else svg.encode()
+    return draw(spec)[format]
 
 
 def save_figure(chart: alt.TopLevelMixin | Specification, path: Path | str) -> Path:
@@ -86,12 +79,18 @@ def embedded(spec: Specification) -> str:
     return json.dumps(spec, separators=(",", ":"), ensure_ascii=False).replace("</", "<\\/")
 
 
-@cache
 def script_bundle() -> str:
-    """Return Vega, Vega-Lite and Vega-Embed as one script."""
-    return str(vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;")).replace(
+    """Return Vega, Vega-Lite and Vega-Embed as one script; built once and then kept (1 s)."""
+    kept = user_cache_folder() / f"vega-{metadata.version('vl-convert-python')}.js"
+    with suppress(OSError):
+        return kept.read_text(encoding="utf-8")
+    built = str(vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;")).replace(
         "</script", "<\\/script"
     )
+    # Without a cache it is built every time, and nothing else is wrong.
+    with suppress(OutputError):
+        write_file(kept, built)
+    return built
 
 
 def _write(data: bytes, file: Path) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import polars as pl
@@ -44,6 +46,10 @@ class Figure:
     spec: Specification
 
 
+Drawn = tuple[str, str, str, str, Chart | None]
+"""Name, section, scenario, caption and chart of a figure, None if the runs do not allow it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Tables:
     """The summary tables that figures and page are made from."""
@@ -54,8 +60,8 @@ class Tables:
     claims: pl.DataFrame
 
 
-def gallery(results: Results, cells: Cells, tables: Tables, preset: str) -> list[Figure]:
-    """Return the figures that the runs of a study allow (ours).
+def gallery(results: Results, cells: Cells, tables: Tables, preset: str) -> Iterator[Figure]:
+    """Yield the figures that the runs of a study allow, as they are made (ours).
 
     Parameters
     ----------
@@ -64,7 +70,20 @@ def gallery(results: Results, cells: Cells, tables: Tables, preset: str) -> list
     preset
         Preset that figures of one preset show.
     """
-    drawn: list[tuple[str, str, str, str, Chart | None]] = [
+    drawn = chain(
+        _of_study(tables, preset),
+        *(
+            _of_scenario(results, cells, tables, preset, scenario)
+            for scenario in reversed(cells.scenarios)
+        ),
+    )
+    for name, section, scenario, caption, chart in drawn:
+        if chart is not None:
+            yield Figure(name, section, scenario, caption, _described(chart, caption))
+
+
+def _of_study(tables: Tables, preset: str) -> list[Drawn]:
+    return [
         (
             "paper_against_ours",
             "paper",
@@ -91,18 +110,11 @@ def gallery(results: Results, cells: Cells, tables: Tables, preset: str) -> list
             cell_charts.preset_sensitivity(tables.sensitivity),
         ),
     ]
-    for scenario in reversed(cells.scenarios):
-        drawn += _of_scenario(results, cells, tables, preset, scenario)
-    return [
-        Figure(name, section, scenario, caption, _described(chart, caption))
-        for name, section, scenario, caption, chart in drawn
-        if chart is not None
-    ]
 
 
 def _of_scenario(
     results: Results, cells: Cells, tables: Tables, preset: str, scenario: str
-) -> list[tuple[str, str, str, str, Chart | None]]:
+) -> Iterator[Drawn]:
     slug = "".join(letter if letter.isalnum() else "-" for letter in scenario)
     arrived = curves(results, "arrived_veh", preset, scenario)
     entries = curves(results, "entries", preset, scenario, since_start=True)
@@ -114,7 +126,7 @@ def _of_scenario(
         if settings
         else ""
     )
-    return [
+    yield from (
         (
             f"arrivals_by_reward_{slug}",
             "arrivals",
@@ -154,7 +166,7 @@ def _of_scenario(
             "in the same run.",
             cell_charts.all_architectures(tables.summary, preset, scenario),
         ),
-    ]
+    )
 
 
 def _stored(results: Results, preset: str, scenario: str) -> str:

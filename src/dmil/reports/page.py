@@ -18,7 +18,8 @@ from dmil.analysis.claims import FEWEST_SEEDS
 from dmil.analysis.paper import PAPER_COLUMNS, SOURCE, scenario_label
 from dmil.errors import unknown_name
 from dmil.reports.assumptions import assumptions, configuration_rows, find_value
-from dmil.reports.export import embedded, picture, script_bundle, svg_of, write_file
+from dmil.reports.drawing import DrawingProcesses
+from dmil.reports.export import embedded, script_bundle, write_file
 from dmil.reports.files import csv, evidence_csv, paper_table_latex
 from dmil.reports.gallery import Figure, Tables, gallery
 from dmil.reports.labels import architecture_label, controller_label, interval, number, signed
@@ -68,11 +69,15 @@ def write_report(folder: Path | str, *, preset: str | None = None, pictures: boo
         if shown not in cells.presets:
             raise unknown_name("preset in this study", shown, cells.presets)
         tables = Tables(summary(cells), paper_table(cells), sensitivity(cells), claims(cells))
-        figures = gallery(results, cells, tables, shown)
         files = _table_files(tables, cells)
-        if pictures:
-            files |= _picture_files(figures)
-        page = _page(results, cells, tables, figures, shown)
+        figures = []
+        with DrawingProcesses() as drawing:
+            for figure in gallery(results, cells, tables, shown):
+                figures.append(figure)
+                if pictures:
+                    drawing.draw(figure.name, figure.spec)
+            page = _page(results, cells, tables, figures, shown)
+            files |= {f"figures/{name}": data for name, data in drawing.pictures().items()}
     for name, content in files.items():
         write_file(folder / name, content)
     write_file(folder / REPORT_FILE, page)
@@ -94,15 +99,6 @@ def _table_files(tables: Tables, cells: Cells) -> dict[str, str | bytes]:
     }
     for preset in cells.presets:
         files[f"tables/paper_table_{preset}.tex"] = paper_table_latex(tables.paper, preset)
-    return files
-
-
-def _picture_files(figures: list[Figure]) -> dict[str, str | bytes]:
-    files: dict[str, str | bytes] = {}
-    for figure in figures:
-        svg = svg_of(figure.spec)
-        for format in ("svg", "png", "pdf"):
-            files[f"figures/{figure.name}.{format}"] = picture(figure.spec, format, svg)
     return files
 
 

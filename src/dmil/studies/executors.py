@@ -55,8 +55,9 @@ class LocalExecutor:
                 yield future.result()
         except BrokenProcessPool:
             raise DmilError(
-                "a worker process was killed, perhaps for want of memory; "
-                "finished runs are kept: the same command continues, --jobs 1 needs least memory"
+                "a worker process was killed, perhaps for want of memory, or a script calls this"
+                " without \"if __name__ == '__main__':\" around it; finished runs are kept:"
+                " the same command continues, --jobs 1 needs least memory"
             ) from None
         finally:
             pool.shutdown(wait=True, cancel_futures=True)

@@ -8,10 +8,11 @@ import pytest
 
 from dmil.analysis import cells_of, claims, paper_table, sensitivity, summary
 from dmil.errors import InputError, OutputError, UnknownNameError
-from dmil.reports import gallery, save_figure, write_report
+from dmil.reports import save_figure, write_report
 from dmil.reports.assumptions import assumptions, configuration_rows, find_value
-from dmil.reports.export import embedded, picture, svg_of
-from dmil.reports.gallery import Tables
+from dmil.reports.drawing import DrawingProcesses, draw, draw_named
+from dmil.reports.export import embedded, picture
+from dmil.reports.gallery import Tables, gallery
 from dmil.results import Results
 
 LIMIT_BYTES = 3_000_000
@@ -36,7 +37,7 @@ def figures_of(folder, preset):
     with Results(folder) as results:
         cells = cells_of(results)
         tables = Tables(summary(cells), paper_table(cells), sensitivity(cells), claims(cells))
-        return gallery(results, cells, tables, preset)
+        return list(gallery(results, cells, tables, preset))
 
 
 class _Page(HTMLParser):
@@ -194,7 +195,7 @@ def test_missing_controllers_are_no_obstacle(make_study, name):
     folder = make_study(cells=cells, scenarios=("grid:3x3",), seeds=2)
     assert write_report(folder, pictures=False).is_file()
     for figure in figures_of(folder, "matched"):
-        assert svg_of(figure.spec).startswith("<svg")
+        assert draw(figure.spec)["svg"].startswith(b"<svg")
 
 
 def test_one_seed_is_said_and_nothing_is_claimed(make_study):
@@ -271,3 +272,28 @@ def test_the_whole_configuration_is_listed():
 def test_the_template_is_part_of_the_package():
     package = Path(write_report.__code__.co_filename).parent
     assert (package / "templates" / "report.html.j2").is_file()
+
+
+def test_drawing_processes_draw_what_one_process_draws(figures, tmp_path):
+    chosen = figures[:3]
+    with DrawingProcesses() as drawing:
+        for figure in chosen:
+            drawing.draw(figure.name, figure.spec)
+        pictures = drawing.pictures()
+    for figure in chosen:
+        (tmp_path / f"{figure.name}.json").write_text(json.dumps(figure.spec))
+    draw_named(tmp_path, [f"{figure.name}\n" for figure in chosen])
+    assert len(pictures) == 9
+    for figure in chosen:
+        for format in ("svg", "png"):
+            name = f"{figure.name}.{format}"
+            assert pictures[name] == (tmp_path / name).read_bytes()
+
+
+def test_a_figure_that_cannot_be_drawn_is_one_clear_error():
+    with (
+        pytest.raises(OutputError, match="a figure could not be drawn"),
+        DrawingProcesses() as drawing,
+    ):
+        drawing.draw("nothing", {"mark": "no such mark"})
+        drawing.pictures()
