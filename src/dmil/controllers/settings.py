@@ -62,7 +62,7 @@ class DualMemorySettings(LearnerSettings):
     """The memory-based agent (paper, Algorithms 1–4)."""
 
     embedding: str = Field(
-        default="simple", description="How states share entries: a named embedding."
+        default="complex", description="How states share entries: a named embedding."
     )
     epsilon: float = Field(default=0.4, ge=0, le=1, description="Chance of a random action, ε [P].")
     short_capacity: int = Field(
