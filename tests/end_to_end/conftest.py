@@ -1,0 +1,118 @@
+"""The command line as a user has it: a process of its own, judged by what it prints and leaves."""
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+COMMAND = (sys.executable, "-m", "dmil")
+
+
+@dataclass(frozen=True)
+class Done:
+    """How a process ended."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def json(self):
+        """The one JSON object on standard output."""
+        assert self.out.count("\n") == 1, self.out
+        found = json.loads(self.out)
+        assert isinstance(found, dict)
+        return found
+
+
+def environment(**more):
+    """The user's environment, with a terminal of fixed width that takes no colours."""
+    return {**os.environ, "COLUMNS": "80", "NO_COLOR": "1", **more}
+
+
+@pytest.fixture(scope="session")
+def dmil():
+    """Run a command line in a folder."""
+
+    def run(*arguments, cwd=None, code=0, **variables):
+        done = subprocess.run(
+            [*COMMAND, *map(str, arguments)],
+            cwd=cwd,
+            env=environment(**variables),
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == code, done.stdout + done.stderr
+        return Done(done.returncode, done.stdout, done.stderr)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def policy(dmil, tmp_path_factory) -> Path:
+    """A policy for a 1×2 grid."""
+    path = tmp_path_factory.mktemp("policy") / "policy.npz"
+    dmil("train", "--scenario", "grid:1x2", "--episodes", 3, "--out", path)
+    return path
+
+
+@pytest.fixture
+def city(tmp_path):
+    """CityFlow files of one crossing of four roads, to be spoilt and written."""
+
+    def road(name, start, end, points):
+        lane = {"width": 4, "maxSpeed": 10}
+        ends = {"startIntersection": start, "endIntersection": end}
+        return {"id": name, "points": points, "lanes": [lane] * 3, **ends}
+
+    sides = {"E": (200, 0), "N": (0, 200), "W": (-200, 0), "S": (0, -200)}
+    middle = {"x": 0, "y": 0}
+    nodes, roads, links = [], [], []
+    for i, (side, (x, y)) in enumerate(sides.items()):
+        outside = {"x": x, "y": y}
+        nodes.append({"id": side, "point": outside, "roadLinks": [], "virtual": True})
+        roads.append(road(f"{side}_in", side, "c", [outside, middle]))
+        roads.append(road(f"{side}_out", "c", side, [middle, outside]))
+        across = "ENWS"[(i + 2) % 4]
+        links.append(
+            {
+                "type": "go_straight",
+                "startRoad": f"{side}_in",
+                "endRoad": f"{across}_out",
+                "laneLinks": [{"startLaneIndex": 1, "endLaneIndex": 1}],
+            }
+        )
+    phases = [
+        {"time": 5, "availableRoadLinks": []},
+        {"time": 30, "availableRoadLinks": [0, 2]},
+        {"time": 30, "availableRoadLinks": [1, 3]},
+    ]
+    crossing = {"id": "c", "point": middle, "roadLinks": links, "virtual": False}
+    crossing["trafficLight"] = {"lightphases": phases}
+    roadnet = {"intersections": [crossing, *nodes], "roads": roads}
+    vehicle = {"length": 5, "minGap": 2.5}
+    flow = [
+        {
+            "vehicle": vehicle,
+            "route": [f"{a}_in", f"{b}_out"],
+            "interval": 1,
+            "startTime": time,
+            "endTime": time,
+        }
+        for time in range(0, 500, 5)
+        for a, b in (("E", "W"), ("N", "S"))
+    ]
+
+    def write(spoil=None):
+        if spoil:
+            spoil(roadnet, flow)
+        (tmp_path / "roadnet.json").write_text(json.dumps(roadnet))
+        (tmp_path / "flow.json").write_text(json.dumps(flow))
+        return tmp_path
+
+    return write

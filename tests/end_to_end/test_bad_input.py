@@ -1,0 +1,198 @@
+"""Whatever cannot be used: one clear error, exit code 2, no traceback, nothing left behind."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+MINE = """
+import numpy as np
+
+class NoVerbs:
+    pass
+
+class WrongPhase:
+    def begin(self, situation):
+        self.count = len(situation.network.intersections)
+
+    def decide(self, observation, reward):
+        return np.full(self.count, 99, np.int32)
+"""
+STUDY = ("study", "paper", "--preset", "literal", "--grids", "1x1", "--seeds", "1", "--no-report")
+RUN = ("simulate", "--scenario", "grid:1x1")
+BAD_VALUES = {
+    "negative load": ((*RUN, "--load", "-1"), "--load: found -1.0; expected at least 0"),
+    "load that is no number": ((*RUN, "--load", "nan"), "--load: found nan"),
+    "infinite load": ((*STUDY, "--load", "inf", "--out", "new"), "--load: found inf"),
+    "zero steps": ((*STUDY, "--steps", "0", "--out", "new"), "--steps: found 0"),
+    "a run without a decision": ((*RUN, "--steps", "9"), "horizon is 9 s"),
+    "zero seeds": ((*STUDY, "--seeds", "0", "--out", "new"), "--seeds: found 0"),
+    "zero jobs": ((*STUDY, "--jobs", "0", "--out", "new"), "--jobs: found 0"),
+    "a scenario": (("simulate", "--scenario", "gird:5x5"), "Did you mean 'grid:5x5'?"),
+    "a grid": ((*STUDY, "--grids", "5by5", "--out", "new"), "expected grid:ROWSxCOLUMNS"),
+    "a controller": ((*RUN, "--controller", "max-presure"), "Did you mean 'max-pressure'?"),
+    "a reward": ((*STUDY, "--rewards", "difusion", "--out", "new"), "Did you mean 'diffusion'?"),
+    "an embedding": (
+        (*RUN, "--controller", "sarsa", "--set", "embedding=simpel"),
+        "Did you mean 'simple'?",
+    ),
+    "a preset": ((*STUDY, "--preset", "litteral", "--out", "new"), "Did you mean 'literal'?"),
+    "an option": ((*STUDY, "--sedes", "3", "--out", "new"), "No such option: --sedes"),
+    "a setting": (
+        (*RUN, "--controller", "sarsa", "--set", "epsilom=0"),
+        "Did you mean 'epsilon'?",
+    ),
+    "a module": ((*RUN, "--controller", "nowhere:Mine"), "'nowhere' cannot be imported"),
+    "a class without verbs": ((*RUN, "--controller", "mine:NoVerbs"), "lacks the verbs"),
+    "a phase that is not there": (
+        (*RUN, "--controller", "mine:WrongPhase"),
+        "the controller chose phase 99; expected a phase from 0 to 7",
+    ),
+    "an output folder that is a file": ((*STUDY, "--out", "mine.py"), "mine.py: it is a file"),
+    "an output folder with other files": ((*STUDY, "--out", "."), "it holds other files"),
+    "a policy that is none": ((*RUN, "--policy", "mine.py"), "mine.py: not a whole policy"),
+    "a missing policy": ((*RUN, "--policy", "no.npz"), "no.npz: there is no such file"),
+}
+
+
+def judge(done, *said):
+    """One error and nothing else."""
+    assert done.out == ""
+    lines = done.err.strip().splitlines()
+    assert lines[0].startswith("error: "), done.err
+    assert all(text in lines[0] for text in said), done.err
+    assert len(lines) == 1 or lines[1].startswith("Help: "), done.err
+    assert "Traceback" not in done.err
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "mine.py").write_text(MINE)
+    return tmp_path
+
+
+@pytest.mark.parametrize("case", BAD_VALUES)
+def test_a_bad_value_is_one_clear_error(case, dmil, folder):
+    arguments, said = BAD_VALUES[case]
+    done = dmil(*arguments, cwd=folder, code=2, PYTHONDONTWRITEBYTECODE="1")
+    judge(done, said)
+    assert [path.name for path in folder.iterdir()] == ["mine.py"]
+
+
+def spoil_route(roadnet, flow):
+    flow[3]["route"] = ["E_in", "nowhere"]
+
+
+def spoil_way(roadnet, flow):
+    flow[3]["route"] = ["E_in", "N_out"]
+
+
+def spoil_phase(roadnet, flow):
+    phases = roadnet["intersections"][0]["trafficLight"]["lightphases"]
+    phases[1]["availableRoadLinks"] = [0, 44]
+
+
+def spoil_shape(roadnet, flow):
+    del roadnet["roads"][0]["points"]
+
+
+def spoil_rate(roadnet, flow):
+    flow[3]["startTime"] = -5
+
+
+BAD_FILES = {
+    "a route over a road that does not exist": (spoil_route, "flow.json", "'nowhere'"),
+    "roads that are not connected": (spoil_way, "flow.json", "no way from 'E_in' to 'N_out'"),
+    "a phase naming a movement that does not exist": (spoil_phase, "roadnet.json", "44"),
+    "JSON of the wrong shape": (spoil_shape, "roadnet.json", "points"),
+    "a vehicle before the beginning": (spoil_rate, "flow.json", "-5"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_FILES)
+def test_a_bad_file_is_named(case, dmil, city):
+    spoil, file, said = BAD_FILES[case]
+    folder = city(spoil)
+    done = dmil("simulate", "--scenario", f"cityflow:{folder}", code=2)
+    judge(done, file, said)
+
+
+def test_the_unspoilt_files_run(dmil, city):
+    done = dmil("simulate", "--scenario", f"cityflow:{city()}", "--json")
+    assert done.json["runs"][0]["spawned_veh"] == 200
+
+
+@pytest.mark.parametrize("length", [0, 400])
+def test_a_truncated_file_is_named(length, dmil, city):
+    folder = city()
+    roadnet = folder / "roadnet.json"
+    roadnet.write_text(roadnet.read_text()[:length])
+    judge(dmil("simulate", "--scenario", f"cityflow:{folder}", code=2), "roadnet.json")
+
+
+def test_a_missing_file_is_named(dmil, city):
+    folder = city()
+    files = ("--roadnet", folder / "roadnet.json", "--flow", folder / "no.json")
+    judge(dmil("simulate", *files, code=2), "no.json: there is no such file")
+
+
+def test_a_policy_for_another_shape_is_refused(dmil, policy):
+    done = dmil("evaluate", "--scenario", "grid:1x1", "--policy", policy, "--seeds", 2, code=2)
+    judge(done, "policy.npz: a policy for 2 intersections", "trained on 'grid:1x2'")
+
+
+def test_a_policy_from_another_version_is_refused(dmil, policy, tmp_path):
+    with np.load(policy) as file:
+        arrays = dict(file)
+    header = json.loads(arrays["header"].tobytes())
+    header["version"] = 99
+    arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
+    np.savez(tmp_path / "later.npz", **arrays)
+    done = dmil("evaluate", "--policy", tmp_path / "later.npz", code=2)
+    judge(done, "later.npz: version 99 of the format", "Train it again")
+
+
+def test_half_a_policy_is_refused(dmil, policy, tmp_path):
+    half = tmp_path / "half.npz"
+    half.write_bytes(policy.read_bytes()[:800])
+    judge(dmil("simulate", "--policy", half, code=2), "half.npz: not a whole policy file")
+
+
+def test_a_folder_that_holds_another_study_is_left_alone(dmil, tmp_path):
+    dmil(*STUDY, "--jobs", 1, "--out", tmp_path / "study")
+    before = {path: path.stat().st_mtime_ns for path in sorted((tmp_path / "study").rglob("*"))}
+    done = dmil(*STUDY, "--load", 2, "--out", tmp_path / "study", code=2)
+    judge(done, "it holds another study, with other load")
+    after = {path: path.stat().st_mtime_ns for path in sorted((tmp_path / "study").rglob("*"))}
+    assert after == before
+
+
+def test_an_output_folder_that_cannot_be_written_is_named(dmil, tmp_path):
+    folder = tmp_path / "locked"
+    folder.mkdir()
+    folder.chmod(0o500)
+    # The superuser may write everywhere but into the kernel's own folders.
+    place = Path("/proc/study") if os.access(folder, os.W_OK) else folder / "study"
+    if not place.parent.is_dir():
+        pytest.skip("no folder here that cannot be written")
+    judge(dmil(*STUDY, "--out", place, code=2), f"{place}: cannot be made")
+    judge(
+        dmil("train", "--scenario", "grid:1x1", "--no-prior", "--out", place / "p.npz", code=2),
+        "cannot be written",
+    )
+
+
+def test_an_error_is_json_too(dmil):
+    done = dmil("simulate", "--scenario", "gird:1x1", "--json", code=2)
+    assert "no scenario named 'gird:1x1'" in done.json["error"]
+    assert done.err.startswith("error: there is no scenario")
+
+
+@pytest.mark.parametrize("how", [{"DMIL_DEBUG": "1"}, {}])
+def test_debugging_shows_where(how, dmil):
+    flags = () if how else ("--debug",)
+    done = dmil("simulate", "--scenario", "gird:1x1", *flags, code=2, **how)
+    assert "Traceback" in done.err
+    assert "error: there is no scenario" in done.err
