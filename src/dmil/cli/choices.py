@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from dmil.cli.parameters import Option
 from dmil.controllers import CONTROLLERS, make_settings
 from dmil.errors import InputError
+from dmil.importing import import_object
 from dmil.scenarios.recipe import DynamicsChanges, ScenarioRecipe, TimingChanges
 from dmil.training import Policy, load_policy
 
@@ -151,6 +153,27 @@ def complete_scenario(settings: ScenarioRecipe) -> dict[str, Any]:
         "timing": TimingChanges(**made.timing.model_dump()),
         "dynamics": DynamicsChanges(**made.dynamics.model_dump()),
     }
+
+
+def accepted(controller: str, options: dict[str, Any]) -> dict[str, Any]:
+    """Return those of some options that a controller has (ours).
+
+    Parameters
+    ----------
+    controller
+        Its name, or the import path of one of the user's own.
+    options
+        Such as those that freeze a learner.
+    """
+    if controller in CONTROLLERS:
+        settings = CONTROLLERS[controller].settings
+        known = set(settings.model_fields) if settings else set()
+    else:
+        parameters = inspect.signature(import_object(controller, "controller")).parameters.values()
+        if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
+            return options
+        known = {parameter.name for parameter in parameters}
+    return {name: value for name, value in options.items() if name in known}
 
 
 def policy_from(path: Path | None) -> Policy | None:

@@ -18,9 +18,9 @@ from dmil.cli.choices import (
     REWARD,
     SCENARIO_OPTIONS,
     ControllerChoice,
+    accepted,
     complete_scenario,
     controller_options,
-    policy_from,
     with_scenario_of,
 )
 from dmil.cli.help import Command
@@ -36,7 +36,7 @@ from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.statistics import Estimate
 from dmil.studies import LocalExecutor, compile_kernels
 from dmil.studies.comparison import REFERENCE, Comparison, Contender, compare
-from dmil.training import Policy
+from dmil.training import Policy, load_policy
 
 BASELINES = ("fixed-cycle", "longest-queue-first", "max-pressure")
 DIFFERENCES = ("travel_time_s", "wait_per_spawned_s")
@@ -129,7 +129,7 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
     """
     if not settings.policy and not settings.controller and not settings.baselines:
         raise InputError("nobody to judge", where="evaluate", mend="add --controller or --policy")
-    policies = [policy_from(path) for path in settings.policy]
+    policies = [load_policy(path) for path in settings.policy]
     recipe = with_scenario_of(settings, policies[0] if policies else None)
     scenario = recipe.build()
     contenders = _contenders(settings, policies)
@@ -157,7 +157,7 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
         show(note)
 
 
-def _contenders(settings: EvaluateParameters, policies: list[Policy | None]) -> list[Contender]:
+def _contenders(settings: EvaluateParameters, policies: list[Policy]) -> list[Contender]:
     """Return everyone who runs; those to judge first, each with a label of its own."""
     made: dict[str, Contender] = {}
 
@@ -167,20 +167,22 @@ def _contenders(settings: EvaluateParameters, policies: list[Policy | None]) -> 
             unique, count = f"{label} ({count})", count + 1
         made[unique] = Contender(unique, **contender)
 
+    mode = _mode(settings)
     for path, policy in zip(settings.policy, policies, strict=True):
-        reward = policy.reward if policy else settings.reward
-        options = json_module.dumps(_mode(settings) | settings.changes)
-        add(path.name, {"options": options, "policy": str(path), "reward": reward})
+        options = json_module.dumps(accepted(policy.controller, mode) | settings.changes)
+        add(path.name, {"options": options, "policy": str(path), "reward": policy.reward})
     for choice in settings.controller:
-        entry = CONTROLLERS.get(choice.name)
-        mode = _mode(settings) if entry and entry.learns else {}
-        options = json_module.dumps(choice.options | mode | settings.changes)
+        options = choice.options | accepted(choice.name, mode) | settings.changes
         make_reward(settings.reward)
         add(
             choice.name,
-            {"controller": choice.name, "options": options, "reward": settings.reward},
+            {
+                "controller": choice.name,
+                "options": json_module.dumps(options),
+                "reward": settings.reward,
+            },
         )
-        if mode.get("learning") is False:
+        if options.get("learning") is False:
             say(f"{choice.name} has learned nothing yet and is frozen: train it, or add --learn.")
     for name in BASELINES if settings.baselines else ():
         if name not in made:

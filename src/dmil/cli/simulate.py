@@ -17,6 +17,7 @@ from dmil.cli.choices import (
     REWARD,
     SCENARIO_OPTIONS,
     ControllerChoice,
+    accepted,
     complete_scenario,
     controller_options,
     policy_from,
@@ -38,7 +39,7 @@ from dmil.statistics import mean_interval
 from dmil.studies import compile_kernels
 from dmil.studies.block import measures_row
 from dmil.studies.comparison import Contender
-from dmil.training import Run, evaluate, vehicles_of_seed
+from dmil.training import Policy, Run, evaluate, vehicles_of_seed
 
 SERIES_ENDINGS = (".csv", ".parquet")
 
@@ -103,7 +104,7 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
     policy = policy_from(settings.policy)
     recipe = with_scenario_of(settings, policy)
     scenario = recipe.build()
-    contender = _contender(settings)
+    contender = _contender(settings, policy)
     reward = make_reward(policy.reward if policy else settings.reward)
     contender.make(scenario.network)
     if settings.series and settings.series.suffix not in SERIES_ENDINGS:
@@ -143,13 +144,13 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
         say(f"Every second of it: {settings.series}")
 
 
-def _contender(settings: SimulateParameters) -> Contender:
+def _contender(settings: SimulateParameters, policy: Policy | None) -> Contender:
     options = settings.controller.options
-    if settings.policy is None:
+    if policy is None or settings.policy is None:
         return Contender(
             settings.controller.name, settings.controller.name, json_module.dumps(options)
         )
-    frozen = {"learning": False, "epsilon": 0.0}
+    frozen = accepted(policy.controller, {"learning": False, "epsilon": 0.0})
     return Contender(
         settings.policy.name,
         options=json_module.dumps(frozen | options),
