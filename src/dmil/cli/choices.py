@@ -110,7 +110,7 @@ def assignments(texts: list[str]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))
-        if not (name and equals):
+        if not (name and equals and value):
             raise InputError(
                 f"found '{text}'", where="--set", expected="option=value, such as epsilon=0.2"
             )

@@ -22,7 +22,10 @@ _SHORTER = {
     "greater than or equal to": "at least",
     "less than or equal to": "at most",
     "greater than": "more than",
-    "a valid": "a",
+    "a valid integer": "a whole number",
+    "a valid number": "a number",
+    "a valid boolean": "true or false",
+    "a valid string": "text",
 }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as json_module
+import re
 import textwrap
 from pathlib import Path
 from typing import Any
@@ -169,8 +170,11 @@ def _contenders(settings: EvaluateParameters, policies: list[Policy]) -> list[Co
 
     mode = _mode(settings)
     for path, policy in zip(settings.policy, policies, strict=True):
-        options = json_module.dumps(accepted(policy.controller, mode) | settings.changes)
-        add(path.name, {"options": options, "policy": str(path), "reward": policy.reward})
+        options = accepted(policy.controller, mode) | settings.changes
+        add(
+            path.name,
+            {"options": json_module.dumps(options), "policy": str(path), "reward": policy.reward},
+        )
     for choice in settings.controller:
         options = choice.options | accepted(choice.name, mode) | settings.changes
         make_reward(settings.reward)
@@ -229,7 +233,8 @@ def _table(found: Comparison, columns: range) -> Table:
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=0)
     table.add_column("", width=LABEL_WIDTH, no_wrap=True)
     for i in columns:
-        head = "\n".join(textwrap.wrap(found.labels[i], COLUMN_WIDTH))
+        parts = re.split("(?<=:)", found.labels[i])
+        head = "\n".join(line for part in parts for line in textwrap.wrap(part, COLUMN_WIDTH))
         table.add_column(head, width=COLUMN_WIDTH, justify="right", overflow="fold")
     for measure in SHOWN:
         if measure.optional and not found.measures[measure.name].any():

@@ -130,7 +130,7 @@ def train(settings: TrainParameters, json: bool) -> None:
             compile_kernels()
     if before is not None:
         controller = controller_of(before, scenario.network, where=str(settings.resume))
-    elif settings.prior:
+    elif settings.prior and settings.controller.name in CONTROLLERS:
         with waiting("training the dummy agent"):
             prior = train_prior(scenario, reward, settings.seed, simulator=simulator)
         made = make_controller(settings.controller.name, options, prior=prior)
