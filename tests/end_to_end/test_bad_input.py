@@ -143,15 +143,22 @@ def test_a_policy_for_another_shape_is_refused(dmil, policy):
     judge(done, "policy.npz: a policy for 2 intersections", "trained on 'grid:1x2'")
 
 
-def test_a_policy_from_another_version_is_refused(dmil, policy, tmp_path):
+@pytest.mark.parametrize(
+    "key, value, said",
+    [
+        ("version", 99, "version 99 of the format"),
+        ("controller", None, "its header has None for 'controller'"),
+        ("options", {"epsilom": 1}, "Did you mean 'epsilon'?"),
+        ("format", "zip", "no policy"),
+    ],
+)
+def test_a_policy_from_elsewhere_is_refused(key, value, said, dmil, policy, tmp_path):
     with np.load(policy) as file:
         arrays = dict(file)
-    header = json.loads(arrays["header"].tobytes())
-    header["version"] = 99
+    header = json.loads(arrays["header"].tobytes()) | {key: value}
     arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
-    np.savez(tmp_path / "later.npz", **arrays)
-    done = dmil("evaluate", "--policy", tmp_path / "later.npz", code=2)
-    judge(done, "later.npz: version 99 of the format", "Train it again")
+    np.savez(tmp_path / "other.npz", **arrays)
+    judge(dmil("evaluate", "--policy", tmp_path / "other.npz", code=2), said)
 
 
 def test_half_a_policy_is_refused(dmil, policy, tmp_path):

@@ -165,6 +165,8 @@ def accepted(controller: str, options: dict[str, Any]) -> dict[str, Any]:
     options
         Such as those that freeze a learner.
     """
+    if ":" not in controller and controller not in CONTROLLERS:
+        return options  # making it will say that there is no such controller
     if controller in CONTROLLERS:
         settings = CONTROLLERS[controller].settings
         known = set(settings.model_fields) if settings else set()

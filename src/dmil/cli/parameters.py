@@ -83,8 +83,8 @@ class Option:
             typer.Option(
                 flag,
                 help=self.help or field.description,
-                metavar=self.metavar or metavars.get(value_type, "TEXT"),
-                show_default=self.default or _shown(field.get_default(call_default_factory=True)),
+                metavar=self.metavar or metavars.get(value_type, "NAME"),
+                show_default=self.default or (not self.help and _shown(field.default)),
                 rich_help_panel=self.panel,
             ),
         ]

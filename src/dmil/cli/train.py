@@ -175,7 +175,7 @@ def train(settings: TrainParameters, json: bool) -> None:
 def _resumed(settings: TrainParameters, policy: Policy, where: str) -> TrainParameters:
     """Take everything but length and file from the policy, and refuse what contradicts it."""
     record = policy.training
-    if "recipe" not in record:
+    if not {"recipe", "seed", "prior", "episodes"} <= record.keys():
         raise InputError(
             "it does not say how it was trained", where=where, expected="a policy of dmil train"
         )

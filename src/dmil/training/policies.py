@@ -21,6 +21,13 @@ from dmil.seeding import stream
 FORMAT = "dmil-policy"
 FORMAT_VERSION = 1
 HEADER = "header"
+HEADER_FIELDS = {
+    "controller": str,
+    "options": dict,
+    "reward": str,
+    "shapes": list,
+    "training": dict,
+}
 
 
 @dataclass(frozen=True)
@@ -138,10 +145,14 @@ def load_policy(path: Path) -> Policy:
             expected=f"version {FORMAT_VERSION}",
             mend="train it again with this version of dmil",
         )
-    return Policy(
-        **{key: header[key] for key in ("controller", "options", "reward", "shapes", "training")},
-        arrays=arrays,
-    )
+    for key, kind in HEADER_FIELDS.items():
+        if not isinstance(header.get(key), kind):
+            raise PolicyError(
+                f"its header has {header.get(key)!r} for '{key}'",
+                where=where,
+                expected="a file as dmil train wrote it",
+            )
+    return Policy(**{key: header[key] for key in HEADER_FIELDS}, arrays=arrays)
 
 
 def controller_of(

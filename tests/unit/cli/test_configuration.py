@@ -109,7 +109,11 @@ def test_a_table_with_another_name_is_another_thing():
     [
         ({"seeds": 0}, {"seeds": "--seeds"}, "^--seeds: found 0; expected at least 1.$"),
         ({"seeds": 0}, {}, "^file.toml: seeds: found 0; expected at least 1.$"),
-        ({"inner": {"size": "x"}}, {}, "^file.toml: inner.size: found 'x'; expected a whole number"),
+        (
+            {"inner": {"size": "x"}},
+            {},
+            "^file.toml: inner.size: found 'x'; expected a whole number",
+        ),
         ({"inner": {"size": 0}}, {"inner.size": "--size"}, "^--size: found 0"),
     ],
 )
