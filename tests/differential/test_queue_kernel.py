@@ -17,7 +17,7 @@ from dmil.scenarios import QueueDynamics, Scenario, SignalTiming
 from dmil.seeding import stream
 from dmil.simulation import QueueSimulator
 from dmil.simulation.queue import kernel
-from dmil.simulation.queue.layout import build_layout, build_trips
+from dmil.simulation.queue.layout import build_layout, build_trips, rules_of
 from dmil.simulation.queue.state import (
     ARRIVED,
     NOBODY,
@@ -271,9 +271,7 @@ def test_every_step_is_that_of_the_plain_twin(name, make_case):
             state,
             wanted,
             1,
-            rules.min_green_s,
-            rules.clearance_s,
-            rules.startup_lost_s,
+            rules_of(rules),
         )
         twin.step()
         assert_same_state(state, twin)

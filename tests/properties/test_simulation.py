@@ -14,7 +14,7 @@ from dmil.scenarios import QueueDynamics, Scenario, SignalTiming
 from dmil.seeding import stream
 from dmil.simulation import QueueSimulator
 from dmil.simulation.queue import kernel
-from dmil.simulation.queue.layout import Layout, build_layout, build_trips
+from dmil.simulation.queue.layout import Layout, build_layout, build_trips, rules_of
 from dmil.simulation.queue.state import (
     ARRIVED,
     NEXT_VEHICLE,
@@ -85,9 +85,7 @@ class Drive:
             self.state,
             wanted,
             1,
-            timing.min_green_s,
-            timing.clearance_s,
-            timing.startup_lost_s,
+            rules_of(timing),
         )
         return wanted
 

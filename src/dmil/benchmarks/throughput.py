@@ -21,7 +21,7 @@ from dmil.scenarios import Scenario, scenario
 from dmil.seeding import stream
 from dmil.simulation import Observation, QueueSimulator
 from dmil.simulation.queue import kernel
-from dmil.simulation.queue.layout import build_layout, build_trips
+from dmil.simulation.queue.layout import build_layout, build_trips, rules_of
 from dmil.simulation.queue.state import initial_state
 from dmil.training import run, vehicles_of_seed
 
@@ -121,9 +121,10 @@ def _kernel_s(made: Scenario, vehicles: Vehicles, plan: list[IntArray]) -> float
     layout = build_layout(made)
     trips = build_trips(made.network, layout, vehicles)
     state = initial_state(layout, trips, made.horizon_s)
+    rules = rules_of(made.timing)
     start = perf_counter()
     for phases in plan:
-        kernel.advance(layout, trips, state, phases, made.timing.decision_interval_s, 0, 0, 0)
+        kernel.advance(layout, trips, state, phases, made.timing.decision_interval_s, rules)
     return perf_counter() - start
 
 

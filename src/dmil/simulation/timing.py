@@ -6,6 +6,8 @@ decision; a simulator only compares the time with ``go_from_s``.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
@@ -17,6 +19,15 @@ NEVER_S = np.iinfo(np.int32).max
 """``go_from_s`` of a movement that has red."""
 
 
+class Rules(NamedTuple):
+    """The times of `dmil.scenarios.SignalTiming` for kernels, in whole seconds."""
+
+    decision_interval_s: int
+    clearance_s: int
+    min_green_s: int
+    startup_lost_s: int
+
+
 @kernel
 def grant(
     served: npt.NDArray[np.bool_],
@@ -26,9 +37,7 @@ def grant(
     green_from_s: IntArray,
     go_from_s: IntArray,
     time_s: int,
-    min_green_s: int,
-    clearance_s: int,
-    startup_lost_s: int,
+    rules: Rules,
 ) -> int:
     """Turn requested phases into the phases shown; return how many requests were refused (ours).
 
@@ -49,16 +58,18 @@ def grant(
         When the phase shown turned or turns green, changed in place.
     go_from_s: (intersections, orientations) int32
         From when on vehicles of a movement go; `NEVER_S` for red. Changed in place.
-    time_s, min_green_s, clearance_s, startup_lost_s: int
+    time_s: int
+    rules
+        Signal timing.
     """
     refused = 0
     for i in range(phase.shape[0]):
         if requested[i] == phase[i]:
             continue
-        if phase[i] >= 0 and time_s < green_from_s[i] + min_green_s:
+        if phase[i] >= 0 and time_s < green_from_s[i] + rules.min_green_s:
             refused += 1
             continue
-        green_from_s[i] = time_s if phase[i] < 0 else time_s + clearance_s
+        green_from_s[i] = time_s if phase[i] < 0 else time_s + rules.clearance_s
         phase[i] = requested[i]
         for j in range(served.shape[2]):
             if unsignalled[i, j]:
@@ -66,5 +77,5 @@ def grant(
             elif not served[i, requested[i], j]:
                 go_from_s[i, j] = NEVER_S
             elif go_from_s[i, j] == NEVER_S:
-                go_from_s[i, j] = green_from_s[i] + startup_lost_s
+                go_from_s[i, j] = green_from_s[i] + rules.startup_lost_s
     return refused

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from dmil.simulation.timing import NEVER_S, grant
+from dmil.simulation.timing import NEVER_S, Rules, grant
 
 # One intersection, four movements: 0 and 1 in phase 0, 1 and 2 in phase 1; 3 always may go.
 SERVED = np.array([[[1, 1, 0, 1], [0, 1, 1, 1]]], np.bool_)
@@ -13,7 +13,7 @@ class Signal:
     """One signal under fixed rules."""
 
     def __init__(self, *, min_green_s=0, clearance_s=0, startup_lost_s=0):
-        self.rules = min_green_s, clearance_s, startup_lost_s
+        self.rules = Rules(10, clearance_s, min_green_s, startup_lost_s)
         self.phase = np.array([-1], np.int32)
         self.green_from_s = np.array([0], np.int32)
         self.go_from_s = np.full((1, 4), NEVER_S, np.int32)
@@ -22,7 +22,7 @@ class Signal:
         """Ask for a phase; return whether it was refused."""
         wanted = np.array([phase], np.int32)
         arrays = wanted, self.phase, self.green_from_s, self.go_from_s
-        return grant(SERVED, UNSIGNALLED, *arrays, time_s, *self.rules) == 1
+        return grant(SERVED, UNSIGNALLED, *arrays, time_s, self.rules) == 1
 
     @property
     def go(self):
@@ -108,5 +108,8 @@ def test_refusals_are_counted_over_all_intersections():
     phase, green_from_s = np.array([0, 0, 0], np.int32), np.array([0, 8, 9], np.int32)
     go_from_s = np.zeros((3, 4), np.int32)
     wanted = np.array([1, 1, 1], np.int32)
-    assert grant(served, unsignalled, wanted, phase, green_from_s, go_from_s, 10, 5, 0, 0) == 2
+    assert (
+        grant(served, unsignalled, wanted, phase, green_from_s, go_from_s, 10, Rules(10, 0, 5, 0))
+        == 2
+    )
     assert phase.tolist() == [1, 0, 0]

@@ -18,7 +18,7 @@ from dmil.simulation.queue.state import (
     State,
     Trips,
 )
-from dmil.simulation.timing import grant
+from dmil.simulation.timing import Rules, grant
 
 
 @kernel
@@ -28,9 +28,7 @@ def advance(
     state: State,
     requested: IntArray,
     steps: int,
-    min_green_s: int,
-    clearance_s: int,
-    startup_lost_s: int,
+    rules: Rules,
 ) -> None:
     """Show the requested phases and run the network for some steps of 1 s (specification, §2).
 
@@ -45,7 +43,10 @@ def advance(
         See `dmil.simulation.queue.state`; the state changes in place.
     requested: (intersections,) int
         Phase wanted at each intersection.
-    steps, min_green_s, clearance_s, startup_lost_s: int
+    steps: int
+    rules
+        Signal timing; a vehicle that will join a queue within one decision interval counts as
+        approaching.
     """
     counters = state.counters
     counters[REFUSED] += grant(
@@ -56,9 +57,7 @@ def advance(
         state.green_from_s,
         state.go_from_s,
         counters[TIME],
-        min_green_s,
-        clearance_s,
-        startup_lost_s,
+        rules,
     )
     # Arrays are taken out of their tuples once: the loop over all slots is the hot one.
     queue_veh, waiting_steps = state.queue_veh.reshape(-1), state.waiting_steps.reshape(-1)
@@ -83,21 +82,13 @@ def advance(
         arrived_at[time_s] = counters[ARRIVED]
         queued_at[time_s] = waiting_veh
     counters[TIME] += steps
+    _count_approaching(trips, state, rules.decision_interval_s)
 
 
 @kernel
-def approaching(trips: Trips, state: State, within_s: int, counts: IntArray) -> None:
-    """Count the vehicles that reach the end of their link soon, per slot (specification, §2).
-
-    Parameters
-    ----------
-    trips, state
-        See `dmil.simulation.queue.state`.
-    within_s: int
-        How far ahead to look.
-    counts: (intersections, orientations) int32
-        Filled in place.
-    """
+def _count_approaching(trips: Trips, state: State, within_s: int) -> None:
+    """Count the vehicles that reach the end of their link soon, per slot (specification, §2)."""
+    counts = state.approaching_veh
     counts[:] = 0
     orientations = counts.shape[1]
     calendar = state.due_front.shape[0]

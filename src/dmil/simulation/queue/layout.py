@@ -7,8 +7,9 @@ import numpy as np
 from dmil.demand import Vehicles
 from dmil.errors import DemandError
 from dmil.network import RoadNetwork
-from dmil.scenarios import Scenario
+from dmil.scenarios import Scenario, SignalTiming
 from dmil.simulation.queue.state import Layout, Trips
+from dmil.simulation.timing import Rules
 
 UNLIMITED_VEH = np.iinfo(np.int32).max
 
@@ -59,6 +60,16 @@ def build_layout(scenario: Scenario) -> Layout:
         headway_s=headway_s,
         travel_s=travel_s,
         capacity_veh=capacity,
+    )
+
+
+def rules_of(timing: SignalTiming) -> Rules:
+    """Return the signal timing of a scenario for kernels (ours)."""
+    return Rules(
+        decision_interval_s=timing.decision_interval_s,
+        clearance_s=timing.clearance_s,
+        min_green_s=timing.min_green_s,
+        startup_lost_s=timing.startup_lost_s,
     )
 
 

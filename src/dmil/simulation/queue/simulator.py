@@ -12,7 +12,7 @@ from dmil.scenarios import Scenario
 from dmil.simulation.measures import Measures
 from dmil.simulation.protocol import Observation
 from dmil.simulation.queue import kernel
-from dmil.simulation.queue.layout import build_layout, build_trips
+from dmil.simulation.queue.layout import build_layout, build_trips, rules_of
 from dmil.simulation.queue.state import (
     ARRIVED,
     REFUSED,
@@ -38,6 +38,7 @@ class QueueSimulator:
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
         self._layout = build_layout(scenario)
+        self._rules = rules_of(scenario.timing)
         self._vehicles: Vehicles | None = None
         self._trips: Trips
         self._state: State | None = None
@@ -104,16 +105,13 @@ class QueueSimulator:
                 mend="call reset",
             )
         requested = self._checked(phases)
-        timing = self._scenario.timing
         kernel.advance(
             self._layout,
             self._trips,
             self.state,
             requested,
-            min(timing.decision_interval_s, left_s),
-            timing.min_green_s,
-            timing.clearance_s,
-            timing.startup_lost_s,
+            min(self.decision_interval_s, left_s),
+            self._rules,
         )
         return self._observe()
 
@@ -141,11 +139,9 @@ class QueueSimulator:
     def _observe(self) -> Observation:
         state = self.state
         time_s = int(state.counters[TIME])
-        counts = np.empty_like(state.queue_veh)
-        kernel.approaching(self._trips, state, self.decision_interval_s, counts)
         return Observation(
             queue_veh=state.queue_veh.copy(),
-            approaching_veh=counts,
+            approaching_veh=state.approaching_veh.copy(),
             phase=state.phase.copy(),
             phase_elapsed_s=np.maximum(time_s - state.green_from_s, 0),
             time_s=time_s,

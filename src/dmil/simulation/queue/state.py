@@ -89,6 +89,8 @@ class State(NamedTuple):
     go_from_s: (intersections, orientations) int32
         From when on the vehicles of a movement go; `NEVER_S` for red.
     queue_veh: (intersections, orientations) int32
+    approaching_veh: (intersections, orientations) int32
+        Vehicles that will join the queue within the next decision interval, at the last decision.
     front, back: (slots,) int32
         First and last vehicle of a queue.
     behind: (vehicles,) int32
@@ -115,6 +117,7 @@ class State(NamedTuple):
     green_from_s: IntArray
     go_from_s: IntArray
     queue_veh: IntArray
+    approaching_veh: IntArray
     front: IntArray
     back: IntArray
     behind: IntArray
@@ -159,6 +162,7 @@ def initial_state(layout: Layout, trips: Trips, horizon_s: int) -> State:
         green_from_s=zeros(intersections),
         go_from_s=np.full((intersections, orientations), NEVER_S, np.int32),
         queue_veh=zeros(intersections, orientations),
+        approaching_veh=zeros(intersections, orientations),
         front=empty_lists(slots),
         back=empty_lists(slots),
         behind=empty_lists(vehicles),
