@@ -13,11 +13,12 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+import dmil
 from dmil.cli.help import CommandGroup
 from dmil.cli.terminal import print_error, print_json, say
 from dmil.errors import DmilError
@@ -142,7 +143,7 @@ def _hint(error: Exception) -> str:
 
 
 def _debugging(arguments: Sequence[str]) -> bool:
-    return "--debug" in arguments or bool(os.environ.get("DMIL_DEBUG"))
+    return "--debug" in arguments or os.environ.get("DMIL_DEBUG", "0") not in ("", "0")
 
 
 @contextmanager
@@ -172,7 +173,10 @@ app = typer.Typer(
 
 
 @app.callback()
-def _overview(ctx: typer.Context) -> None:
+def _overview(
+    ctx: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+) -> None:
     """Train, compare and inspect memory-based traffic-signal controllers.
 
     A controller chooses a phase for every intersection every few seconds. Its headline number is
@@ -188,5 +192,8 @@ def _overview(ctx: typer.Context) -> None:
     Every command explains itself with --help, and prints one JSON object with --json. Exit codes:
     0 all went well, 1 something failed or was stopped, 2 your input cannot be used.
     """
+    if version:
+        typer.echo(f"dmil {dmil.__version__}")
+        raise typer.Exit
     if ctx.invoked_subcommand is None:
         ctx.get_help()

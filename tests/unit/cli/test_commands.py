@@ -175,6 +175,7 @@ def test_versions_name_what_is_installed(dmil):
     assert {"dmil", "python", "numpy", "numba"} <= found.keys()
     assert isinstance(found["extras"]["ray"], bool)
     assert f"dmil               {found['dmil']}" in dmil("version")
+    assert dmil("--version") == f"dmil {found['dmil']}\n"
 
 
 def test_a_learner_without_training_is_noted(dmil):
