@@ -193,7 +193,7 @@ def curves(
     cells = arrange(wide, str(results.folder))
     times = sorted(int(name) for name in cells.measures)
     values = np.hstack([cells.measures[str(time)] for time in times])
-    estimate = mean_interval(values, stream(0, "bootstrap", "curves"), resamples=1_000)
+    estimate = mean_interval(values, stream(0, "bootstrap", "curves"), resamples=500)
     count = cells.table.height
     return pl.concat([cells.table] * len(times)).with_columns(
         time_s=pl.Series(np.repeat(times, count)),
