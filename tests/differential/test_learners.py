@@ -310,6 +310,7 @@ def test_a_learner_is_its_twin(compare, networks, kind, name, embedding, communi
         {"staged_ratio": 1.0, "short_capacity": 3},
         {"staged_ratio": 0.1, "significance": 0.0},
         {"short_capacity": 1},
+        {"embedding": "cells", "decisions": 200, "learning_rate": 0.5, "discount": 0.2},
         {"epsilon": 0.0},
         {"epsilon": 0.8, "epsilon_decay": 0.9, "discount": 0.5, "learning_rate": 0.5},
         {"communication": True, "communication_period_s": 30, "staging": "visits"},
@@ -317,7 +318,7 @@ def test_a_learner_is_its_twin(compare, networks, kind, name, embedding, communi
     ids=str,
 )
 def test_dual_memory_is_its_twin_by_other_rules(compare, networks, options):
-    compare("dual-memory", networks["mixed"], embedding="complex", **options)
+    compare("dual-memory", networks["mixed"], **{"embedding": "complex", **options})
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -14,7 +14,7 @@ DRAWS = 3
 @kernel
 def uniform_action(draw: float, count: int) -> int:
     """Turn a uniform draw in [0, 1) into an action."""
-    return min(int(draw * count), count - 1)
+    return int(draw * count)
 
 
 @kernel

@@ -39,15 +39,18 @@ def test_all_rows_go_into_a_table_of_values_in_their_order():
             ((9, 9), {1: 5.0}),
             # (0, 3) swapped is near (4, 0): its 0 is 1 there; its 1 is 0 and replaces the 1.0.
             ((0, 3), {0: 2.0, 1: 7.0}),
+            ((20, 0), {2: 1.0}),
+            ((0, 20), {0: 3.0}),
         ]
     )
     table = make_value_table(2, 16, 2, 3, 1)
     import_values(source, table, PAIRS, SHAPE, make_scratch(PAIRS))
-    assert table.rows.size.tolist() == [0, 2]
-    assert table.rows.keys[SHAPE, :2].tolist() == [[4, 0], [9, 9]]
-    assert table.value[SHAPE, :2].tolist() == [[7.0, 2.0, -1.0], [0.0, 5.0, 0.0]]
-    assert table.tried[SHAPE, :2].tolist() == [[True, True, True], [False, True, False]]
-    assert table.visits[SHAPE, :2].tolist() == [1 + 3, 2]
+    assert table.rows.size.tolist() == [0, 3]
+    assert table.rows.keys[SHAPE, :3].tolist() == [[4, 0], [9, 9], [20, 0]]
+    expected = [[7.0, 2.0, -1.0], [0.0, 5.0, 0.0], [0.0, 3.0, 1.0]]
+    assert table.value[SHAPE, :3].tolist() == expected
+    assert table.tried[SHAPE, :3].tolist() == [[q != 0.0 for q in row] for row in expected]
+    assert table.visits[SHAPE, :3].tolist() == [1 + 3, 2, 4 + 5]
 
 
 @pytest.mark.parametrize(
