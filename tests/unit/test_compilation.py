@@ -5,9 +5,14 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
+from numba.core.errors import NumbaError
 
 from dmil import compilation
-from dmil.compilation import cache_folder, kernel
+from dmil.compilation import (
+    allocating_kernel,
+    cache_folder,
+    kernel,
+)
 
 # Not written out, so that this file's own text holds no kernel.
 MARK = "@" + "kernel"
@@ -71,15 +76,45 @@ def test_the_base_folder_is_the_users_choice(package, tmp_path, monkeypatch):
     assert folder_now().parent == tmp_path / ".cache" / "dmil" / "kernels"
 
 
-def test_a_kernel_computes_what_its_plain_function_computes():
-    def running_total(values):
-        total = np.zeros_like(values)
-        for i in range(values.size):
-            total[i] = values[i] + (total[i - 1] if i > 0 else 0)
-        return total
+def running_total(values):
+    total = np.zeros_like(values)
+    for i in range(values.size):
+        total[i] = values[i] + (total[i - 1] if i > 0 else 0)
+    return total
 
+
+def add_up(values, total):
+    for i in range(values.size):
+        total[i] = values[i] + (total[i - 1] if i > 0 else 0)
+
+
+def test_kernels_compute_what_their_plain_functions_compute():
     values = np.array([3, -1, 4, 1, -5], dtype=np.int64)
-    np.testing.assert_array_equal(kernel(running_total)(values), running_total(values))
+    found = np.zeros_like(values)
+    kernel(add_up)(values, found)
+    np.testing.assert_array_equal(found, running_total(values))
+    np.testing.assert_array_equal(allocating_kernel(running_total)(values), found)
+
+
+def test_a_kernel_that_would_allocate_is_not_compiled():
+    def doubled(values):
+        return 2 * values
+
+    with pytest.raises(NumbaError):
+        kernel(doubled)(np.arange(3))
+
+
+def test_the_kernels_are_compiled_once(monkeypatch, tmp_path):
+    monkeypatch.setattr(compilation, "cache_folder", lambda: tmp_path)
+    assert is_cold()
+    mark_warm()
+    assert not is_cold()
+
+
+def test_without_a_cache_every_start_compiles(monkeypatch, tmp_path):
+    monkeypatch.setattr(compilation, "cache_folder", lambda: tmp_path / "missing" / "folder")
+    mark_warm()
+    assert is_cold()
 
 
 def test_a_kernel_divides_as_numpy_does():
