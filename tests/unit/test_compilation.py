@@ -8,7 +8,7 @@ import pytest
 from numba.core.errors import NumbaError
 
 from dmil import compilation
-from dmil.compilation import (
+from dmil.compilation import allocating_kernel, cache_folder, is_cold, kernel, mark_warm
     allocating_kernel,
     cache_folder,
     kernel,
