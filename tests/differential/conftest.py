@@ -77,7 +77,10 @@ def mixed_network():
 
 
 def random_walk(network, seed):
-    """Return a step function: queues that grow by chance and shrink where they are served."""
+    """Return queues, and a step: they grow by chance and shrink where they are served.
+
+    Few vehicles come, and now and then many: states recur, and are not always the same.
+    """
     rng = stream(seed, "walk")
     sizes = [len(node.movements) for node in network.intersections]
     queue = np.zeros((len(sizes), max(sizes)), np.int32)
@@ -85,7 +88,8 @@ def random_walk(network, seed):
     def step(actions):
         before = queue.copy()
         for i, node in enumerate(network.intersections):
-            queue[i, : sizes[i]] += rng.poisson(0.5, sizes[i]).astype(np.int32)
+            mean = 0.5 if rng.random() < 0.2 else 0.05
+            queue[i, : sizes[i]] += rng.poisson(mean, sizes[i]).astype(np.int32)
             served = sorted(node.phases[actions[i]] | node.unsignalled)
             queue[i, served] = np.maximum(queue[i, served] - 4, 0)
         return -np.sum((queue - before) * np.abs(queue - before), axis=1) / 7.0
