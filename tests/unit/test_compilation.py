@@ -8,10 +8,12 @@ import pytest
 from numba.core.errors import NumbaError
 
 from dmil import compilation
-from dmil.compilation import allocating_kernel, cache_folder, is_cold, kernel, mark_warm
+from dmil.compilation import (
     allocating_kernel,
     cache_folder,
+    is_cold,
     kernel,
+    mark_warm,
 )
 
 # Not written out, so that this file's own text holds no kernel.

@@ -173,11 +173,18 @@ def copy_rows(rows: Rows, source: int, goal: int) -> None:
 
 @kernel
 def _hash(key: IntArray) -> int:
-    mixed = np.uint64(0x9E3779B97F4A7C15)
-    for j in range(key.shape[0]):
-        mixed = (mixed ^ np.uint64(key[j])) * np.uint64(0xFF51AFD7ED558CCD)
-        mixed ^= mixed >> np.uint64(32)
-    return int(mixed >> np.uint64(1))
+    # Two numbers that do not wait for each other: multiplications overlap.
+    even, odd = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xC2B2AE3D27D4EB4F)
+    factor = np.uint64(0xFF51AFD7ED558CCD)
+    for j in range(0, key.shape[0] - 1, 2):
+        even = (even ^ np.uint64(key[j])) * factor
+        odd = (odd ^ np.uint64(key[j + 1])) * factor
+        even ^= even >> np.uint64(32)
+        odd ^= odd >> np.uint64(32)
+    if key.shape[0] % 2 == 1:
+        even = (even ^ np.uint64(key[key.shape[0] - 1])) * factor
+    mixed = (even ^ (odd << np.uint64(1))) * factor
+    return int((mixed ^ (mixed >> np.uint64(32))) >> np.uint64(1))
 
 
 @kernel
