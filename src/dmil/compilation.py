@@ -1,8 +1,8 @@
 """Compile kernels once per version of the source and keep them.
 
-Numba's own cache looks at the file a function stands in, not at those of the functions that it
-calls: after an edit it can run yesterday's machine code. Here the cache folder's name holds a digest
-of every kernel file of the package, so a changed kernel can never meet an old cache, and an
+Numba's own cache looks at the file a function stands in, not at the files of the functions that it
+calls: after an edit it can run yesterday's machine code. Here the name of the cache folder holds a
+digest of every kernel file of the package, so a changed kernel can never meet an old cache, and an
 installation in a read-only folder has a cache too.
 """
 

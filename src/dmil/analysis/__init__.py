@@ -4,6 +4,7 @@ from dmil.analysis.cells import Cells, cells_of
 from dmil.analysis.claims import claims
 from dmil.analysis.paper import TABLE_II, Architecture, PaperValue, architecture_of
 from dmil.analysis.statements import STATEMENTS, Statement
+from dmil.analysis.study import Tables, tables_of
 from dmil.analysis.tables import curves, paper_table, sensitivity, summary
 
 __all__ = [
@@ -13,6 +14,7 @@ __all__ = [
     "Cells",
     "PaperValue",
     "Statement",
+    "Tables",
     "architecture_of",
     "cells_of",
     "claims",
@@ -20,4 +22,5 @@ __all__ = [
     "paper_table",
     "sensitivity",
     "summary",
+    "tables_of",
 ]

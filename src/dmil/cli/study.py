@@ -9,7 +9,7 @@ from typing import Any
 import typer
 from pydantic import Field
 
-from dmil.analysis import Cells, cells_of, claims, summary
+from dmil.analysis import Tables, tables_of
 from dmil.cli.application import FAILED, StoppedError
 from dmil.cli.help import Command, CommandGroup
 from dmil.cli.parameters import Option, settings_command, split
@@ -133,18 +133,17 @@ def paper(settings: StudyParameters, json: bool) -> None:
     executor = make_executor(settings.executor, jobs=settings.jobs, address=settings.ray_address)
     _run(settings, executor)
     with Results(settings.out) as results:
-        cells = cells_of(results)
+        tables = tables_of(results)
         counts = results.query("select count(*) n, count(*) filter (status <> 'ok') f from runs")
         failure = results.query("select status from runs where status <> 'ok' limit 1")
         failed = int(counts["f"].item())
-        judged = claims(cells)
-        page = _report(settings) if settings.report else None
+        page = _report(settings, tables) if settings.report else None
         wall_s = round(time.perf_counter() - started, 3)
         if json:
             print_json(
                 {
-                    "cells": _cell_rows(cells),
-                    "claims": _claim_rows(judged),
+                    "cells": _cell_rows(tables),
+                    "claims": _claim_rows(tables.claims),
                     "wall_s": wall_s,
                     "runs": int(counts["n"].item()),
                     "failed": failed,
@@ -153,10 +152,10 @@ def paper(settings: StudyParameters, json: bool) -> None:
                 }
             )
         else:
-            preset = cells.presets[-1]
+            preset = tables.cells.presets[-1]
             where = page or f"dmil report {settings.out}"
-            show(headline_table(cells, preset), "")
-            show_lines(claim_lines(judged, preset))
+            show(headline_table(tables, preset), "")
+            show_lines(claim_lines(tables.claims, preset))
             show("", f"{counts['n'].item()} runs, {wall_s:.1f} s", f"Report: {where}")
     if failed:
         say(f"{failed} runs failed, the first with: {failure['status'].item()}")
@@ -192,17 +191,17 @@ def _telling(advance: Progress) -> Progress:
     return tell
 
 
-def _report(settings: StudyParameters) -> Path:
+def _report(settings: StudyParameters, tables: Tables) -> Path:
     from dmil.reports import write_report
 
     with waiting("writing the report"):
-        return write_report(settings.out)
+        return write_report(settings.out, tables=tables)
 
 
-def _cell_rows(cells: Cells) -> list[dict[str, Any]]:
+def _cell_rows(tables: Tables) -> list[dict[str, Any]]:
     return [
         {"grid": row["scenario"].removeprefix("grid:")} | {name: row[name] for name in CELL_COLUMNS}
-        for row in summary(cells).iter_rows(named=True)
+        for row in tables.summary.iter_rows(named=True)
     ]
 
 

@@ -9,7 +9,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from dmil.analysis import Cells, paper_table
+from dmil.analysis import Tables
 from dmil.analysis.paper import PAPER_COLUMNS, scenario_label
 
 BASELINES = ("longest-queue-first", "max-pressure", "fixed-cycle", "random")
@@ -17,20 +17,19 @@ _SHORT = {"Complex + communication": "Complex+comm."}
 _COLOURS = {True: "green", False: "red", None: "dim"}
 
 
-def headline_table(cells: Cells, preset: str) -> Table:
+def headline_table(tables: Tables, preset: str) -> Table:
     """Return W/V_c of the largest grid: rewards by columns of the paper, and the baselines.
 
     Parameters
     ----------
-    cells
+    tables
         The study.
     preset
         Preset to show.
     """
+    cells = tables.cells
     scenario = cells.scenarios[-1]
-    rows = paper_table(cells).filter(
-        (pl.col("preset") == preset) & (pl.col("scenario") == scenario)
-    )
+    rows = tables.paper.filter((pl.col("preset") == preset) & (pl.col("scenario") == scenario))
     entries = {(row["reward"], row["column"]): row for row in rows.iter_rows(named=True)}
     seeds = f"{len(cells.seeds)} seeds" if len(cells.seeds) > 1 else "1 seed"
     table = Table(

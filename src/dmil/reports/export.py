@@ -27,6 +27,10 @@ def specification(chart: alt.TopLevelMixin) -> Specification:
     """Return the Vega-Lite specification of a chart with the house's look."""
     # The tests validate every figure; at run time it would cost more than drawing.
     built: Specification = chart.to_dict(validate=False)
+    built["datasets"] = {
+        name: json.loads(rows) if isinstance(rows, str) else rows
+        for name, rows in built.get("datasets", {}).items()
+    }
     built["config"] = config()
     return built
 

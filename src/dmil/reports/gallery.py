@@ -7,10 +7,8 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
-import polars as pl
-
-from dmil.analysis import curves
-from dmil.analysis.cells import CELL, ENTRIES, Cells, ordered
+from dmil.analysis import Tables, curves
+from dmil.analysis.cells import CELL, ENTRIES, ordered
 from dmil.analysis.paper import PAPER_COLUMNS, intersections_of
 from dmil.controllers.settings import DualMemorySettings
 from dmil.reports import cell_charts, time_charts
@@ -50,31 +48,21 @@ Drawn = tuple[str, str, str, str, Chart | None]
 """Name, section, scenario, caption and chart of a figure, None if the runs do not allow it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Tables:
-    """The summary tables that figures and page are made from."""
-
-    summary: pl.DataFrame
-    paper: pl.DataFrame
-    sensitivity: pl.DataFrame
-    claims: pl.DataFrame
-
-
-def gallery(results: Results, cells: Cells, tables: Tables, preset: str) -> Iterator[Figure]:
+def gallery(results: Results, tables: Tables, preset: str) -> Iterator[Figure]:
     """Yield the figures that the runs of a study allow, as they are made (ours).
 
     Parameters
     ----------
-    results, cells, tables
-        The study, its cells and its tables.
+    results, tables
+        The study and its tables.
     preset
         Preset that figures of one preset show.
     """
     drawn = chain(
         _of_study(tables, preset),
         *(
-            _of_scenario(results, cells, tables, preset, scenario)
-            for scenario in reversed(cells.scenarios)
+            _of_scenario(results, tables, preset, scenario)
+            for scenario in reversed(tables.cells.scenarios)
         ),
     )
     for name, section, scenario, caption, chart in drawn:
@@ -112,9 +100,7 @@ def _of_study(tables: Tables, preset: str) -> list[Drawn]:
     ]
 
 
-def _of_scenario(
-    results: Results, cells: Cells, tables: Tables, preset: str, scenario: str
-) -> Iterator[Drawn]:
+def _of_scenario(results: Results, tables: Tables, preset: str, scenario: str) -> Iterator[Drawn]:
     slug = "".join(letter if letter.isalnum() else "-" for letter in scenario)
     arrived = curves(results, "arrived_veh", preset, scenario)
     entries = curves(results, "entries", preset, scenario, since_start=True)

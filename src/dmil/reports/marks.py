@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import altair as alt
@@ -17,14 +18,18 @@ _RULE_DASH = {"longest queue first": [1, 0], "max-pressure": [5, 3]}
 
 
 def values(data: pl.DataFrame) -> alt.InlineData:
-    """Return rows with five significant digits: the page has to carry them."""
+    """Return rows with five significant digits: the page has to carry them.
+
+    They are JSON text until `dmil.reports.export.specification` is made, because Altair copies and
+    checks every number of a list several times.
+    """
     floats = [name for name, dtype in data.schema.items() if dtype.is_float()]
     rounded = data.with_columns(pl.col(name).round_sig_figs(5) for name in floats)
     rows = [
         {name: value for name, value in row.items() if value is not None}
         for row in rounded.iter_rows(named=True)
     ]
-    return alt.InlineData(values=rows)
+    return alt.InlineData(values=json.dumps(rows))
 
 
 def heading(title: str, subtitle: str) -> alt.TitleParams:

@@ -12,7 +12,7 @@ import markupsafe
 import polars as pl
 
 import dmil
-from dmil.analysis import cells_of, claims, paper_table, sensitivity, summary
+from dmil.analysis import Tables, tables_of
 from dmil.analysis.cells import PRESET_ORDER, Cells
 from dmil.analysis.claims import FEWEST_SEEDS
 from dmil.analysis.paper import PAPER_COLUMNS, SOURCE, scenario_label
@@ -21,7 +21,7 @@ from dmil.reports.assumptions import assumptions, configuration_rows, find_value
 from dmil.reports.drawing import DrawingProcesses
 from dmil.reports.export import embedded, script_bundle, write_file
 from dmil.reports.files import csv, evidence_csv, paper_table_latex
-from dmil.reports.gallery import Figure, Tables, gallery
+from dmil.reports.gallery import Figure, gallery
 from dmil.reports.labels import architecture_label, controller_label, interval, number, signed
 from dmil.reports.theme import DARK
 from dmil.results import Results
@@ -33,7 +33,13 @@ BESIDE = ("longest-queue-first", "max-pressure", "fixed-cycle", "random")
 FEW_SEEDS = 8
 
 
-def write_report(folder: Path | str, *, preset: str | None = None, pictures: bool = True) -> Path:
+def write_report(
+    folder: Path | str,
+    *,
+    preset: str | None = None,
+    pictures: bool = True,
+    tables: Tables | None = None,
+) -> Path:
     """Write ``report.html``, ``figures/`` and ``tables/`` into a folder of results (ours).
 
     Everything is computed before the first file is written, each file appears whole, and the page
@@ -48,6 +54,8 @@ def write_report(folder: Path | str, *, preset: str | None = None, pictures: boo
         that was run.
     pictures
         Whether to write the figures as SVG, PNG and PDF files too.
+    tables
+        The tables of these results, if they are there already.
 
     Returns
     -------
@@ -64,19 +72,18 @@ def write_report(folder: Path | str, *, preset: str | None = None, pictures: boo
     """
     folder = Path(folder)
     with Results(folder) as results:
-        cells = cells_of(results)
-        shown = preset or _main_preset(cells)
-        if shown not in cells.presets:
-            raise unknown_name("preset in this study", shown, cells.presets)
-        tables = Tables(summary(cells), paper_table(cells), sensitivity(cells), claims(cells))
-        files = _table_files(tables, cells)
+        tables = tables or tables_of(results)
+        shown = preset or _main_preset(tables.cells)
+        if shown not in tables.cells.presets:
+            raise unknown_name("preset in this study", shown, tables.cells.presets)
+        files = _table_files(tables)
         figures = []
         with DrawingProcesses() as drawing:
-            for figure in gallery(results, cells, tables, shown):
+            for figure in gallery(results, tables, shown):
                 figures.append(figure)
                 if pictures:
                     drawing.draw(figure.name, figure.spec)
-            page = _page(results, cells, tables, figures, shown)
+            page = _page(results, tables, figures, shown)
             files |= {f"figures/{name}": data for name, data in drawing.pictures().items()}
     for name, content in files.items():
         write_file(folder / name, content)
@@ -89,7 +96,7 @@ def _main_preset(cells: Cells) -> str:
     return known[-1] if known else cells.presets[0]
 
 
-def _table_files(tables: Tables, cells: Cells) -> dict[str, str | bytes]:
+def _table_files(tables: Tables) -> dict[str, str | bytes]:
     files: dict[str, str | bytes] = {
         "tables/summary.csv": csv(tables.summary),
         "tables/paper_table.csv": csv(tables.paper),
@@ -97,14 +104,13 @@ def _table_files(tables: Tables, cells: Cells) -> dict[str, str | bytes]:
         "tables/claims.csv": csv(tables.claims),
         "tables/claims_evidence.csv": evidence_csv(tables.claims),
     }
-    for preset in cells.presets:
+    for preset in tables.cells.presets:
         files[f"tables/paper_table_{preset}.tex"] = paper_table_latex(tables.paper, preset)
     return files
 
 
-def _page(
-    results: Results, cells: Cells, tables: Tables, figures: list[Figure], preset: str
-) -> str:
+def _page(results: Results, tables: Tables, figures: list[Figure], preset: str) -> str:
+    cells = tables.cells
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )

@@ -6,13 +6,13 @@ from pathlib import Path
 import altair as alt
 import pytest
 
-from dmil.analysis import cells_of, claims, paper_table, sensitivity, summary
+from dmil.analysis import claims, tables_of
 from dmil.errors import InputError, OutputError, UnknownNameError
 from dmil.reports import save_figure, write_report
 from dmil.reports.assumptions import assumptions, configuration_rows, find_value
 from dmil.reports.drawing import DrawingProcesses, draw, draw_named
 from dmil.reports.export import embedded, picture
-from dmil.reports.gallery import Tables, gallery
+from dmil.reports.gallery import gallery
 from dmil.results import Results
 
 LIMIT_BYTES = 3_000_000
@@ -35,9 +35,7 @@ def figures(complete):
 
 def figures_of(folder, preset):
     with Results(folder) as results:
-        cells = cells_of(results)
-        tables = Tables(summary(cells), paper_table(cells), sensitivity(cells), claims(cells))
-        return list(gallery(results, cells, tables, preset))
+        return list(gallery(results, tables_of(results), preset))
 
 
 class _Page(HTMLParser):
