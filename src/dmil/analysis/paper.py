@@ -1,7 +1,7 @@
 """What the paper printed, as data: its Table II and which of our cells each column stands for.
 
 Source: Chodhary, Octavian and Han, "Efficient Replay Memory Architectures in Multi-Agent
-Reinforcement Learning for Traffic Congestion Control" (arXiv 2407.16034), Section VI, Table II:
+Reinforcement Learning for Traffic Congestion Control" (arXiv 2407.16034), §VI, Table II:
 average waiting time W divided by V_c(300), mean ± the paper's spread over 30 seeds.
 """
 

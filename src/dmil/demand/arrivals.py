@@ -51,7 +51,7 @@ class ArrivalProcess(Protocol):
 
 @dataclass(frozen=True)
 class PoissonDemand:
-    """Vehicles that arrive one by one (paper, Section IV: homogeneous Poisson processes).
+    """Vehicles that arrive one by one (paper, §VI: homogeneous Poisson processes).
 
     In every second a Poisson number of vehicles with mean rate/60 arrives at every fringe node.
     Each goes to one of the other fringe nodes that it can reach, uniformly at random.
@@ -100,7 +100,7 @@ class PoissonDemand:
 
 @dataclass(frozen=True)
 class CompoundPoissonDemand:
-    """Batches of vehicles that arrive together (paper, Section II: compound Poisson processes).
+    """Batches of vehicles that arrive together (paper, §III: compound Poisson processes).
 
     In every second a Poisson number of batches arrives at every fringe node; a batch's vehicles
     appear in the same second and choose their destinations each for itself.

@@ -13,7 +13,7 @@ from dmil.errors import DemandError, unknown_name
 from dmil.network import RoadNetwork
 
 PAPER_RATE_VEH_PER_MIN: Mapping[str, float] = {"E": 5.0, "N": 5.0, "W": 10.0, "S": 7.0}
-"""Vehicles per minute and fringe node, by side of the network (paper, Section IV)."""
+"""Vehicles per minute and fringe node, by side of the network (paper, §VI)."""
 
 
 def check_rates(rate_veh_per_min: Mapping[str, float]) -> None:

@@ -16,7 +16,7 @@ from dmil.network import RoadNetwork
 
 @dataclass(frozen=True, eq=False)
 class FileDemand:
-    """Recorded vehicles (paper, Section II: "real-world data").
+    """Recorded vehicles (paper, §III: "real-world data").
 
     Parameters
     ----------

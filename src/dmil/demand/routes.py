@@ -154,7 +154,7 @@ def route_table(network: RoadNetwork) -> RouteTable:
 def draw_destinations(
     network: RoadNetwork, second: LongArray, origin: LongArray, rng: np.random.Generator
 ) -> Vehicles:
-    """Draw destinations and coins, and give every vehicle its route (paper, Section IV).
+    """Draw destinations and coins, and give every vehicle its route (paper, §VI).
 
     A destination is uniform over the other fringe nodes that can be reached.
 

@@ -135,7 +135,7 @@ def find(rows: Rows, owner: int, variants: IntArray, count: int) -> tuple[int, i
 def append(rows: Rows, owner: int, key: IntArray) -> int:
     """Add a row for a key that is not in the table; return its number.
 
-    The caller has made room (`is_short_of_room`, `with_room`).
+    The caller has made room (`is_short_of_room`, `rows_of`).
     """
     row = rows.size[owner]
     rows.size[owner] = row + 1

@@ -31,7 +31,7 @@ PAPER_UNSIGNALLED = frozenset({0, 3, 6, 9})
 
 
 def grid(rows: int, columns: int) -> RoadNetwork:
-    """Build a grid of the paper's four-way intersections (paper, Section IV).
+    """Build a grid of the paper's four-way intersections (paper, §III and §VI).
 
     Intersections are named ``"row,column"``, row 0 in the North and column 0 in the West. Fringe
     nodes carry their side of the network and the row or column: ``"E2"``, ``"N0"``. Links between

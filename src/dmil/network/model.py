@@ -23,7 +23,7 @@ TURNS: tuple[Turn, ...] = ("right", "straight", "left", "uturn")
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """A road in one direction, from node to node (paper, Section II; lengths and lanes ours).
+    """A road in one direction, from node to node (paper, §III; lengths and lanes ours).
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class Movement:
 
 @dataclass(frozen=True, slots=True)
 class Intersection:
-    """A junction: its movements and the phases that serve them (paper, Section II; generalised).
+    """A junction: its movements and the phases that serve them (paper, §III; generalised).
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ class Intersection:
 
 @dataclass(frozen=True)
 class RoadNetwork:
-    """Links, intersections and fringe nodes (paper, Section II).
+    """Links, intersections and fringe nodes (paper, §III).
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ def shape_signature(intersection: Intersection) -> str:
     """Return a digest of what makes two intersections interchangeable (ours).
 
     Approaches, turns, phases and unsignalled movements count; names, lengths and the fixed-time
-    plan do not. Intersections of equal signature may share memory (paper, Section III-C).
+    plan do not. Intersections of equal signature may share memory (paper, §IV-B).
 
     Parameters
     ----------

@@ -55,7 +55,7 @@ def approach_names(angle_rad: Sequence[float]) -> tuple[str, ...]:
 
 
 def phase_name(phase: frozenset[int], movements: Sequence[Movement], sides: Sequence[str]) -> str:
-    """Name a phase in the paper's manner: sides, then F, L, R or U (paper, Section IV).
+    """Name a phase in the paper's manner: sides, then F, L, R or U (paper, §III).
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ def scenario(
     dynamics: QueueDynamics | None = None,
     demand: Demand | None = None,
 ) -> Scenario:
-    """Return a scenario by its name (grids: paper, Section IV; others ours).
+    """Return a scenario by its name (grids: paper, §VI; others ours).
 
     Parameters
     ----------
