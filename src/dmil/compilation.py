@@ -2,14 +2,16 @@
 
 Numba's own cache looks at the file a function stands in, not at the files of the functions that it
 calls: after an edit it can run yesterday's machine code. Here the name of the cache folder holds a
-digest of every kernel file of the package, so a changed kernel can never meet an old cache, and an
-installation in a read-only folder has a cache too.
+digest of every file with kernels, or with the tuples of arrays and the constants that they use. So
+a changed kernel can never meet an old cache, and an installation in a read-only folder has a cache
+too.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
+import sys
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
@@ -19,6 +21,8 @@ from typing import Any, TypeVar
 import numba
 
 WARM_FILE = "warm"
+MARKS = (b"kernel\n", b"(NamedTuple)")
+"""What a file has that compiled code depends on: a kernel, or a tuple of arrays."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -29,11 +33,12 @@ def cache_folder() -> Path:
 
     ``DMIL_CACHE`` overrides the base folder, else it is the user's cache folder.
     """
-    digest = hashlib.blake2b(numba.__version__.encode(), digest_size=8)
+    compiler = f"{numba.__version__} {sys.implementation.cache_tag}"
+    digest = hashlib.blake2b(compiler.encode(), digest_size=8)
     package = Path(__file__).parent
     for path in sorted(package.rglob("*.py")):
         text = path.read_bytes()
-        if b"kernel\n" in text:
+        if any(mark in text for mark in MARKS):
             digest.update(path.relative_to(package).as_posix().encode())
             digest.update(text)
     return user_cache_folder() / "kernels" / digest.hexdigest()

@@ -50,6 +50,14 @@ def test_an_edited_kernel_has_another_folder(package):
     assert folder_now() != before
 
 
+def test_an_edited_tuple_of_arrays_has_another_folder(package):
+    path = package / "state.py"
+    path.write_text("FIRST, SECOND = 0, 1\nclass State(NamedTuple):\n    counters: object\n")
+    before = folder_now()
+    path.write_text(path.read_text().replace("0, 1", "1, 0"))
+    assert folder_now() != before
+
+
 def test_a_moved_kernel_has_another_folder(package):
     before = folder_now()
     (package / "room" / "kernel.py").rename(package / "room" / "other.py")
@@ -65,6 +73,12 @@ def test_a_file_without_kernels_does_not_count(package):
 def test_another_numba_has_another_folder(package, monkeypatch):
     before = folder_now()
     monkeypatch.setattr(numba, "__version__", "0.0.0")
+    assert folder_now() != before
+
+
+def test_another_python_has_another_folder(package, monkeypatch):
+    before = folder_now()
+    monkeypatch.setattr(sys.implementation, "cache_tag", "cpython-399")
     assert folder_now() != before
 
 
