@@ -152,6 +152,14 @@ def test_policies_that_do_not_fit_are_refused(tmp_path):
     path.write_bytes(whole[: len(whole) // 2])
     with pytest.raises(PolicyError, match="not a whole policy file"):
         load_policy(path)
+    middle = whole.index(b"header.npy") + 40
+    path.write_bytes(whole[:middle] + b"\xff" * 20 + whole[middle + 20 :])
+    with pytest.raises(PolicyError, match="not a whole policy file"):
+        load_policy(path)
+    with path.open("wb") as file:
+        np.save(file, np.zeros(3))
+    with pytest.raises(PolicyError, match="not a whole policy file"):
+        load_policy(path)
     np.savez(path, header=np.frombuffer(b'{"format": "other"}', np.uint8))
     with pytest.raises(PolicyError, match="no policy"):
         load_policy(path)
