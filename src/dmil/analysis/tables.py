@@ -7,7 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 import polars as pl
 
-from dmil.analysis.cells import CELL, ENTRIES, LEARNERS, Cells, arrange, cells_of, ordered
+from dmil.analysis.cells import (
+    BASELINES,
+    CELL,
+    ENTRIES,
+    LEARNERS,
+    Cells,
+    arrange,
+    cells_of,
+    ordered,
+)
 from dmil.analysis.paper import PAPER_COLUMNS, PAPER_REWARDS, TABLE_II, architecture_of
 from dmil.results import Results
 from dmil.seeding import stream
@@ -89,7 +98,7 @@ def paper_table(results: Results | Cells) -> pl.DataFrame:
                     architecture = architecture_of(column, preset)
                     number = cells.find(preset, scenario, reward, architecture)
                     rows.append((preset, scenario, reward, column, number))
-            for baseline in ("longest-queue-first", "max-pressure", "fixed-cycle", "random"):
+            for baseline in BASELINES:
                 number = cells.baseline(preset, scenario, baseline)
                 rows.append((preset, scenario, None, baseline, number))
     table = pl.DataFrame(

@@ -10,9 +10,9 @@ from rich.table import Table
 from rich.text import Text
 
 from dmil.analysis import Tables
+from dmil.analysis.cells import BASELINES
 from dmil.analysis.paper import PAPER_COLUMNS, scenario_label
 
-BASELINES = ("longest-queue-first", "max-pressure", "fixed-cycle", "random")
 _SHORT = {"Complex + communication": "Complex+comm."}
 _COLOURS = {True: "green", False: "red", None: "dim"}
 

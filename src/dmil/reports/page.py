@@ -13,7 +13,7 @@ import polars as pl
 
 import dmil
 from dmil.analysis import Tables, tables_of
-from dmil.analysis.cells import PRESET_ORDER, Cells
+from dmil.analysis.cells import BASELINES, PRESET_ORDER, Cells
 from dmil.analysis.claims import FEWEST_SEEDS
 from dmil.analysis.paper import PAPER_COLUMNS, SOURCE, scenario_label
 from dmil.errors import unknown_name
@@ -28,7 +28,6 @@ from dmil.results import Results
 from dmil.theory import STATEMENTS
 
 REPORT_FILE = "report.html"
-BESIDE = ("longest-queue-first", "max-pressure", "fixed-cycle", "random")
 #: Fewer seeds than this and the intervals are too narrow to rely on.
 FEW_SEEDS = 8
 
@@ -141,7 +140,7 @@ def _page(results: Results, tables: Tables, figures: list[Figure], preset: str) 
         ).row(0, named=True),
         paper_source=SOURCE,
         paper_columns=PAPER_COLUMNS,
-        baselines=[name for name in BESIDE if name in tables.summary["controller"]],
+        baselines=[name for name in BASELINES if name in tables.summary["controller"]],
         paper_tables={name: _paper_rows(tables.paper, name) for name in cells.presets},
         best=_best(tables.summary, preset),
         claims=_claim_rows(tables.claims, preset),

@@ -9,14 +9,14 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Mapping
-from functools import cache, partial
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import dmil
 from dmil.errors import OutputError
-from dmil.files import write_atomically
+from dmil.files import write_text_atomically
 from dmil.results.schema import SCHEMA_VERSION
 
 MANIFEST_FILE = "manifest.json"
@@ -47,7 +47,7 @@ def write_manifest(folder: Path | str, manifest: Mapping[str, Any]) -> None:
         raise OutputError(
             f"a value cannot be written as JSON ({error})", where=str(path)
         ) from error
-    write_atomically(path, partial(_write_text, text))
+    write_text_atomically(path, text)
 
 
 def read_manifest(folder: Path | str) -> dict[str, Any]:
@@ -122,7 +122,3 @@ def _git_commit() -> str | None:
         return git("rev-parse", "HEAD") + ("+" if git("status", "--porcelain", "--", ".") else "")
     except (OSError, subprocess.SubprocessError):
         return None
-
-
-def _write_text(text: str, file: Path) -> None:
-    file.write_text(text, encoding="utf-8")

@@ -8,21 +8,20 @@ import os
 import shutil
 import time
 from dataclasses import asdict, fields
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import polars as pl
 
 from dmil.errors import OutputError
-from dmil.files import write_atomically
+from dmil.files import write_atomically, write_text_atomically
 from dmil.results import RUNS_SCHEMA, SERIES_SCHEMA, write_manifest, write_results
+from dmil.results.manifest import MANIFEST_FILE
 from dmil.studies.block import BlockResult
 from dmil.studies.plan import Block
 
 IDENTITY_FILE = "study.json"
 PARTS_FOLDER = "parts"
-MANIFEST_FILE = "manifest.json"
 LOCK_FILE = "in-use"
 FLUSH_AFTER_S = 5.0
 """Longest time that a finished block stays in memory only."""
@@ -144,19 +143,17 @@ class StudyStore:
 
     def _lock(self) -> None:
         path = self.folder / LOCK_FILE
-        for _ in range(2):
-            try:
-                with path.open("x", encoding="utf-8") as file:
-                    file.write(str(os.getpid()))
-                return
-            except FileExistsError:
-                if _owner_lives(path):
-                    raise OutputError(
-                        "another process is at work on this study",
-                        where=str(self.folder),
-                        mend=f"wait for it, choose another --out, or delete {path} if it is gone",
-                    ) from None
-                path.unlink(missing_ok=True)
+        if path.exists() and not _owner_lives(path):
+            path.unlink(missing_ok=True)
+        try:
+            with path.open("x", encoding="utf-8") as file:
+                file.write(str(os.getpid()))
+        except FileExistsError:
+            raise OutputError(
+                "another process is at work on this study",
+                where=str(self.folder),
+                mend=f"wait for it, choose another --out, or delete {path} if it is gone",
+            ) from None
 
     def _part_files(self, table: str) -> list[Path]:
         return sorted(self._parts.glob(f"{table}-*.parquet"))
@@ -166,7 +163,7 @@ class StudyStore:
 
     def _write_json(self, name: str, value: dict[str, Any]) -> None:
         text = json.dumps(value, indent=2, sort_keys=True) + "\n"
-        write_atomically(self.folder / name, partial(_write_text, text))
+        write_text_atomically(self.folder / name, text)
 
 
 def _different(found: Any, wanted: Any, name: str = "") -> list[str]:
@@ -175,10 +172,6 @@ def _different(found: Any, wanted: Any, name: str = "") -> list[str]:
         return [name] if found != wanted else []
     keys = sorted({*found, *wanted})
     return [each for key in keys for each in _different(found.get(key), wanted.get(key), key)]
-
-
-def _write_text(text: str, path: Path) -> None:
-    path.write_text(text, encoding="utf-8")
 
 
 def _owner_lives(path: Path) -> bool:

@@ -41,7 +41,7 @@ def build_layout(scenario: Scenario) -> Layout:
     inner = {item.id for item in intersections}
     travel_s = np.array(
         [
-            max(round(link.length_m / link.speed_m_per_s), int({link.start, link.end} <= inner))
+            max(round(link.free_flow_time_s), int({link.start, link.end} <= inner))
             for link in network.links
         ],
         np.int32,
