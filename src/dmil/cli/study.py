@@ -94,7 +94,7 @@ def _studies(ctx: typer.Context) -> None:
     """Run a whole study and write its report.
 
     A study runs many controllers on many seeds, keeps every run in a folder (Parquet tables, see
-    docs/architecture.md) and makes one page of figures, tables and verdicts from them.
+    docs/results.md) and makes one page of figures, tables and verdicts from them.
 
         dmil study paper --help
     """

@@ -1,4 +1,4 @@
-"""Settings of the learning controllers; the same text is the command line's help."""
+"""Settings of the controllers that have some; the same text is the command line's help."""
 
 from __future__ import annotations
 
@@ -78,7 +78,8 @@ class DualMemorySettings(LearnerSettings):
     stage_period: int = Field(
         default=0,
         ge=0,
-        description="T_stage of the analysis: stage every so many decisions; 0: when full.",
+        description="T_stage of the analysis: stage after so many learning decisions, or when full "
+        "if that is sooner; 0: only when full.",
     )
     significance: float = Field(
         default=0.1, ge=0, description="A Q is significantly better if above old + this·|old| [A]."

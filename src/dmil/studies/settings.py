@@ -65,7 +65,8 @@ class PaperStudySettings(BaseModel):
         True, description="Also run SARSA with the memory-based agents' ε: all at equal ε."
     )
     sarsa: SarsaSettings = Field(
-        SarsaSettings(), description="Non-memory agent; the study sets embedding, communication."
+        SarsaSettings(),
+        description="Non-memory agent; embedding, communication, ε decay are the study's.",
     )
     dual_memory: DualMemorySettings = Field(
         DualMemorySettings(), description="Memory-based agent; likewise."
