@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from dmil.studies import compile_kernels
+
 COMMAND = (sys.executable, "-m", "dmil")
 
 
@@ -36,7 +38,8 @@ def environment(**more):
 
 @pytest.fixture(scope="session")
 def dmil():
-    """Run a command line in a folder."""
+    """Run a command line in a folder; what a first start says is not part of any test."""
+    compile_kernels()
 
     def run(*arguments, cwd=None, code=0, **variables):
         done = subprocess.run(
