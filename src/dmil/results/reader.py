@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from types import SimpleNamespace, TracebackType
 from typing import Any
@@ -44,8 +45,7 @@ class Results:
         ):
             path = self.folder / file
             _check(path, schema)
-            quoted = str(path).replace("'", "''")
-            self._connection.execute(f"create view {name} as from read_parquet('{quoted}')")
+            self._connection.execute(f"create view {name} as from read_parquet({_quoted(path)})")
 
     def runs(self) -> pl.DataFrame:
         """Return one row per run, columns as in :data:`dmil.results.RUNS_SCHEMA`."""
@@ -77,6 +77,10 @@ class Results:
             raise InputError(
                 str(error).strip(), where=f"query on {self.folder}", expected="SQL of DuckDB"
             ) from error
+        except RuntimeError as error:
+            if "interrupted" in str(error).lower():  # what DuckDB makes of Ctrl-C
+                raise KeyboardInterrupt from error
+            raise
 
     def close(self) -> None:
         """Close the connection."""
@@ -94,6 +98,12 @@ class Results:
         self.close()
 
 
+def _quoted(path: Path) -> str:
+    """Return a path as DuckDB takes it: one file, whatever its name, and never a pattern."""
+    literal = re.sub(r"[*?[]", r"[\g<0>]", str(path)).replace("'", "''")
+    return f"'{literal}'"
+
+
 def _check(path: Path, schema: dict[str, pl.DataType]) -> None:
     mend = "run the study again; it resumes where it can"
     if not path.is_file():
@@ -104,7 +114,7 @@ def _check(path: Path, schema: dict[str, pl.DataType]) -> None:
             mend=mend,
         )
     try:
-        found = dict(pl.read_parquet_schema(path))
+        found = dict(pl.scan_parquet(path, glob=False).collect_schema())
     except (pl.exceptions.PolarsError, OSError) as error:
         raise OutputError(
             f"the file is truncated or is not Parquet ({error})", where=str(path), mend=mend

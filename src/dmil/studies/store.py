@@ -78,7 +78,7 @@ class StudyStore:
         columns = [field.name for field in fields(Block)]
         found: set[Block] = set()
         for path in self._part_files("runs"):
-            rows = pl.read_parquet(path, columns=columns).unique()
+            rows = _read(path, columns).unique()
             found |= {Block(**row) for row in rows.iter_rows(named=True)}
         return found
 
@@ -105,9 +105,9 @@ class StudyStore:
     def finish(self, manifest: dict[str, Any]) -> None:
         """Join all parts into the tables of results and write the manifest."""
         self.flush()
-        runs = pl.concat([pl.read_parquet(path) for path in self._part_files("runs")])
+        runs = pl.concat([_read(path) for path in self._part_files("runs")])
         names = [path.name.replace("runs-", "series-") for path in self._part_files("runs")]
-        series = pl.concat([pl.read_parquet(self._parts / name) for name in names])
+        series = pl.concat([_read(self._parts / name) for name in names])
         write_results(self.folder, runs, series)
         write_manifest(self.folder, manifest)
         shutil.rmtree(self._parts)
@@ -164,6 +164,11 @@ class StudyStore:
     def _write_json(self, name: str, value: dict[str, Any]) -> None:
         text = json.dumps(value, indent=2, sort_keys=True) + "\n"
         write_text_atomically(self.folder / name, text)
+
+
+def _read(path: Path, columns: list[str] | None = None) -> pl.DataFrame:
+    # Brackets and stars in a folder's name are part of the name, and no pattern.
+    return pl.read_parquet(path, columns=columns, glob=False)
 
 
 def _different(found: Any, wanted: Any, name: str = "") -> list[str]:

@@ -151,6 +151,29 @@ def test_a_quote_in_the_folder_is_no_sql(make_study):
         assert results.query("select count(*) from runs").item() == 46
 
 
+def test_a_folder_whose_name_looks_like_a_pattern_is_read_itself(make_study):
+    make_study("run1", seeds=2, scenarios=("grid:1x1",))
+    for name in ("run[1]", "run*", "run?"):
+        folder = make_study(name, seeds=1, scenarios=("grid:1x1",))
+        with Results(folder) as results:
+            assert results.runs().height == 46
+            assert results.series()["seed"].unique().to_list() == [0]
+
+
+def test_ctrl_c_during_a_question_is_ctrl_c(make_study, monkeypatch):
+    class Interrupted:
+        def sql(self, sql):
+            raise RuntimeError("Query interrupted")
+
+        def close(self):
+            pass
+
+    with Results(make_study(seeds=1, scenarios=("grid:1x1",))) as results:
+        monkeypatch.setattr(results, "_connection", Interrupted())
+        with pytest.raises(KeyboardInterrupt):
+            results.runs()
+
+
 def test_every_column_is_documented():
     text = schema_markdown()
     for column in RUNS:

@@ -94,6 +94,15 @@ def test_a_folder_that_cannot_hold_the_study_is_refused(whole, tmp_path):
             run_paper_study(SETTINGS.model_copy(update={"seeds": 3}), folder)
 
 
+def test_a_folder_whose_name_looks_like_a_pattern_continues(whole, tmp_path):
+    folder = tmp_path / "study [b]*"
+    with pytest.raises(KeyboardInterrupt):
+        run_paper_study(SETTINGS, folder, executor=Interrupted(after=3))
+    run_paper_study(SETTINGS, folder, executor=LocalExecutor(1))
+    for name in FILES:
+        assert (folder / name).read_bytes() == (whole / name).read_bytes()
+
+
 def test_a_study_in_use_is_refused_and_a_dead_lock_is_not(tmp_path):
     folder = tmp_path / "study"
     with (
