@@ -2,7 +2,7 @@
 
 from dmil.analysis.cells import Cells, cells_of
 from dmil.analysis.claims import claims
-from dmil.analysis.paper import TABLE_II, Architecture, PaperValue, architecture_of
+from dmil.analysis.paper import TABLE_II, Architecture, PaperValue, Reading
 from dmil.analysis.statements import STATEMENTS, Statement
 from dmil.analysis.study import Tables, tables_of
 from dmil.analysis.tables import curves, paper_table, sensitivity, summary
@@ -13,9 +13,9 @@ __all__ = [
     "Architecture",
     "Cells",
     "PaperValue",
+    "Reading",
     "Statement",
     "Tables",
-    "architecture_of",
     "cells_of",
     "claims",
     "curves",

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from dmil.analysis.paper import Architecture, intersections_of
+from dmil.analysis.paper import Architecture, Reading, intersections_of, is_of, reading_of
 from dmil.errors import InputError
 from dmil.results import Results
 
@@ -52,15 +52,28 @@ class Cells:
         Seeds, ascending.
     measures
         Name of the measure to array (seeds, cells); NaN where there is no run.
+    reading
+        Which cells the columns of the paper's table stand for.
     """
 
     table: pl.DataFrame
     seeds: tuple[int, ...]
     measures: dict[str, NDArray[np.float64]]
+    reading: Reading = field(default_factory=Reading)
 
     @cached_property
     def _numbers(self) -> dict[Key, int]:
         return {key: number for number, key in enumerate(self.table.rows())}
+
+    @cached_property
+    def named(self) -> pl.DataFrame:
+        """The table, the paper's ``column`` that a cell stands for, and ``is_exact_sarsa``."""
+        rows = self.table.rows(named=True)
+        exact = Architecture("sarsa", "exact", False, self.reading.epsilon_non_memory)
+        return self.table.with_columns(
+            column=pl.Series([self.reading.column(row) for row in rows], dtype=pl.String),
+            is_exact_sarsa=pl.Series([is_of(exact, row) for row in rows], dtype=pl.Boolean),
+        )
 
     @cached_property
     def presets(self) -> list[str]:
@@ -136,16 +149,17 @@ def cells_of(results: Results) -> Cells:
             mend="run 'dmil study' again",
         )
     runs = runs.join(_slopes(results), on=[*CELL, "seed"], how="left", nulls_equal=True)
-    return arrange(runs, str(results.folder))
+    return arrange(runs, results)
 
 
-def arrange(runs: pl.DataFrame, where: str) -> Cells:
+def arrange(runs: pl.DataFrame, results: Results) -> Cells:
     """Arrange rows with the columns of :data:`CELL`, ``seed`` and any numeric measures."""
+    reading = reading_of(results.manifest.get("configuration") or {})
     twice = runs.filter(pl.struct(*CELL, "seed").is_duplicated())
     if twice.height:
         raise InputError(
             f"{twice.height} runs share cell and seed, first {twice.select(*CELL, 'seed').row(0)}",
-            where=where,
+            where=str(results.folder),
             expected="one run for each cell and seed",
             mend="analyse different horizons or studies in folders of their own",
         )
@@ -168,7 +182,7 @@ def arrange(runs: pl.DataFrame, where: str) -> Cells:
             values = np.full((len(seeds), table.height), np.nan)
             values[row, column] = placed[name].cast(pl.Float64).fill_null(np.nan).to_numpy()
             measures[name] = values
-    return Cells(table, tuple(seeds), measures)
+    return Cells(table, tuple(seeds), measures, reading)
 
 
 def _rank(column: str, order: Sequence[str]) -> pl.Expr:

@@ -8,7 +8,9 @@ average waiting time W divided by V_c(300), mean ± the paper's spread over 30 s
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
 
 SOURCE = "arXiv 2407.16034, Table II"
 
@@ -50,17 +52,67 @@ class Architecture:
     epsilon: float
 
 
-def architecture_of(column: str, preset: str) -> Architecture:
-    """Return the architecture that a column of Table II stands for under a preset (ours).
+def is_of(architecture: Architecture, row: Mapping[str, Any]) -> bool:
+    """Tell whether a cell is of an architecture, whatever its reward (ours)."""
+    return asdict(architecture).items() <= row.items()
 
-    The paper's "No Memory" is exact SARSA as written; under ``matched`` it is SARSA on the simple
-    classes, the reading that reproduces the printed magnitudes.
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """How a study read the paper: which of its agents the columns of Table II stand for.
+
+    Parameters
+    ----------
+    epsilon_non_memory, epsilon_memory
+        ε of the agents without and with memory.
+    no_memory_embedding
+        Preset to the classes of its "No Memory": exact SARSA as written; under ``matched`` SARSA
+        on the simple classes, the reading that reproduces the printed magnitudes.
     """
-    if column == NO_MEMORY:
-        embedding = "simple" if preset == "matched" else "exact"
-        return Architecture("sarsa", embedding, False, EPSILON_NON_MEMORY)
-    embedding = "simple" if column == SIMPLE else "complex"
-    return Architecture("dual-memory", embedding, column == COMPLEX_COMMUNICATION, EPSILON_MEMORY)
+
+    epsilon_non_memory: float = EPSILON_NON_MEMORY
+    epsilon_memory: float = EPSILON_MEMORY
+    no_memory_embedding: Mapping[str, str] = field(
+        default_factory=lambda: {"matched": "simple"}, hash=False
+    )
+
+    def architecture(self, column: str, preset: str) -> Architecture:
+        """Return the architecture that a column of Table II stands for under a preset (ours)."""
+        if column == NO_MEMORY:
+            embedding = self.no_memory_embedding.get(preset, "exact")
+            return Architecture("sarsa", embedding, False, self.epsilon_non_memory)
+        embedding = "simple" if column == SIMPLE else "complex"
+        communication = column == COMPLEX_COMMUNICATION
+        return Architecture("dual-memory", embedding, communication, self.epsilon_memory)
+
+    def column(self, row: Mapping[str, Any]) -> str | None:
+        """Return which column of Table II a cell stands for under its preset."""
+        for column in PAPER_COLUMNS:
+            if is_of(self.architecture(column, row["preset"]), row):
+                return column
+        return None
+
+
+def reading_of(configuration: Mapping[str, Any]) -> Reading:
+    """Return the reading that a study's configuration describes (ours).
+
+    Parameters
+    ----------
+    configuration
+        As in the manifest; what it leaves out is as in the paper.
+    """
+    sarsa, memory = (configuration.get(name) or {} for name in ("sarsa", "dual_memory"))
+    presets = configuration.get("presets")
+    chosen = {
+        name: preset["no_memory_embedding"]
+        for name, preset in (presets.items() if isinstance(presets, Mapping) else ())
+        if isinstance(preset, Mapping) and "no_memory_embedding" in preset
+    }
+    return Reading(
+        sarsa.get("epsilon", EPSILON_NON_MEMORY),
+        memory.get("epsilon", EPSILON_MEMORY),
+        {"matched": "simple"} | chosen,
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,13 +10,10 @@ from dmil.analysis.cells import LEARNERS, Cells
 from dmil.analysis.comparisons import Comparison
 from dmil.analysis.paper import (
     COMPLEX,
-    EPSILON_MEMORY,
-    EPSILON_NON_MEMORY,
     NO_MEMORY,
     PAPER_COLUMNS,
     SIMPLE,
     Architecture,
-    architecture_of,
     intersections_of,
 )
 
@@ -53,8 +50,8 @@ def columns(
                 f"{reward}: {column} against {second}",
                 scenario,
                 measure,
-                cells.find(preset, scenario, reward, architecture_of(column, preset)),
-                cells.find(preset, scenario, reward, architecture_of(second, preset)),
+                cells.find(preset, scenario, reward, cells.reading.architecture(column, preset)),
+                cells.find(preset, scenario, reward, cells.reading.architecture(second, preset)),
             )
 
     return choose
@@ -70,7 +67,7 @@ def rewards(
 
     def choose(cells: Cells, preset: str) -> Iterator[Comparison]:
         for scenario, column, reward in product(grids(cells, where), PAPER_COLUMNS, first):
-            architecture = architecture_of(column, preset)
+            architecture = cells.reading.architecture(column, preset)
             yield Comparison(
                 f"{column}: {reward} against {second}",
                 scenario,
@@ -87,7 +84,7 @@ def complex_against_others(cells: Cells, preset: str) -> Iterator[Comparison]:
     several = grids(cells, "several")
     for scenario, reward, other in product(several, PHYSICAL, (NO_MEMORY, SIMPLE)):
         pairs = [
-            cells.find(preset, scenario, name, architecture_of(column, preset))
+            cells.find(preset, scenario, name, cells.reading.architecture(column, preset))
             for column in (COMPLEX, other)
             for name in (reward, "default")
         ]
@@ -96,17 +93,17 @@ def complex_against_others(cells: Cells, preset: str) -> Iterator[Comparison]:
 
 
 def against_exact_sarsa(measure: str) -> Choose:
-    """Compare Simple and Complex with SARSA on exact states at the paper's ε."""
-    table = Architecture("sarsa", "exact", False, EPSILON_NON_MEMORY)
+    """Compare Simple and Complex with SARSA on exact states at its ε."""
 
     def choose(cells: Cells, preset: str) -> Iterator[Comparison]:
+        table = Architecture("sarsa", "exact", False, cells.reading.epsilon_non_memory)
         several = grids(cells, "several")
         for scenario, reward, column in product(several, ALL_REWARDS, (SIMPLE, COMPLEX)):
             yield Comparison(
                 f"{reward}: {column} against exact SARSA",
                 scenario,
                 measure,
-                cells.find(preset, scenario, reward, architecture_of(column, preset)),
+                cells.find(preset, scenario, reward, cells.reading.architecture(column, preset)),
                 cells.find(preset, scenario, reward, table),
             )
 
@@ -120,16 +117,15 @@ def at_equal_epsilon(first: str, second: str) -> Choose:
         several = grids(cells, "several")
         for scenario, reward, embedding in product(several, PHYSICAL, ("simple", "complex")):
             other = "exact" if second == "exact" else embedding
+            epsilon = cells.reading.epsilon_memory
             yield Comparison(
-                f"{reward}: {first} {embedding} against sarsa {other}, ε = {EPSILON_MEMORY}",
+                f"{reward}: {first} {embedding} against sarsa {other}, ε = {epsilon}",
                 scenario,
                 WAIT,
                 cells.find(
-                    preset, scenario, reward, Architecture(first, embedding, False, EPSILON_MEMORY)
+                    preset, scenario, reward, Architecture(first, embedding, False, epsilon)
                 ),
-                cells.find(
-                    preset, scenario, reward, Architecture("sarsa", other, False, EPSILON_MEMORY)
-                ),
+                cells.find(preset, scenario, reward, Architecture("sarsa", other, False, epsilon)),
             )
 
     return choose

@@ -17,7 +17,7 @@ from dmil.analysis.cells import (
     cells_of,
     ordered,
 )
-from dmil.analysis.paper import PAPER_COLUMNS, PAPER_REWARDS, TABLE_II, architecture_of
+from dmil.analysis.paper import PAPER_COLUMNS, PAPER_REWARDS, TABLE_II
 from dmil.results import Results
 from dmil.seeding import stream
 from dmil.statistics import Estimate, mean_interval, paired_difference, standard_deviation
@@ -35,9 +35,9 @@ def summary(results: Results | Cells) -> pl.DataFrame:
 
     Returns
     -------
-    Columns of a cell; ``n`` seeds; mean, sd and 95 % interval of W/V_c; means of V_c, W, queue,
-    travel time, throughput, stored entries and bytes; the paired relative difference of W/V_c to
-    max-pressure and to longest-queue-first in % with its interval (below 0: waits less).
+    Columns of :attr:`Cells.named`; ``n`` seeds; mean, sd and 95 % interval of W/V_c; means of V_c,
+    W, queue, travel time, throughput, stored entries and bytes; the paired relative difference of
+    W/V_c to max-pressure and to longest-queue-first in % with its interval (below 0: waits less).
     """
     cells = _cells(results)
     headline = cells.measures[HEADLINE]
@@ -75,7 +75,7 @@ def summary(results: Results | Cells) -> pl.DataFrame:
             relative=True,
         )
         columns |= _percent(name, difference)
-    return cells.table.with_columns(**columns)
+    return cells.named.with_columns(**columns)
 
 
 def paper_table(results: Results | Cells) -> pl.DataFrame:
@@ -95,7 +95,7 @@ def paper_table(results: Results | Cells) -> pl.DataFrame:
         for scenario in cells.scenarios:
             for reward in rewards:
                 for column in PAPER_COLUMNS:
-                    architecture = architecture_of(column, preset)
+                    architecture = cells.reading.architecture(column, preset)
                     number = cells.find(preset, scenario, reward, architecture)
                     rows.append((preset, scenario, reward, column, number))
             for baseline in BASELINES:
@@ -139,9 +139,9 @@ def sensitivity(results: Results | Cells) -> pl.DataFrame:
         for column in PAPER_COLUMNS
         for preset in cells.presets
     ]
-    numbers = [cells.find(p, s, r, architecture_of(c, p)) for s, r, c, p in rows]
+    numbers = [cells.find(p, s, r, cells.reading.architecture(c, p)) for s, r, c, p in rows]
     first = [
-        cells.find(cells.presets[0], s, r, architecture_of(c, cells.presets[0]))
+        cells.find(cells.presets[0], s, r, cells.reading.architecture(c, cells.presets[0]))
         for s, r, c, _ in rows
     ]
     difference = paired_difference(
@@ -175,8 +175,8 @@ def curves(
 
     Returns
     -------
-    Columns of a cell, ``time_s``, ``mean``, ``low`` and ``high`` over seeds. Baselines that ran
-    under another preset only are taken from there.
+    Columns of :attr:`Cells.named`, ``time_s``, ``mean``, ``low``, ``high`` over seeds. Baselines
+    that ran under another preset only are taken from there.
     """
     value = ENTRIES if measure == "entries" else f'"{measure}"'
     learners = ", ".join(f"'{name}'" for name in LEARNERS)
@@ -197,14 +197,15 @@ def curves(
         others = others.filter(pl.col("preset") == others["preset"].first())
         own = pl.concat([own, others.with_columns(preset=pl.lit(preset))])
     if own.is_empty():
-        return own.select(*CELL, "time_s", mean="value", low="value", high="value")
+        empty = {"column": pl.lit(None, pl.String), "is_exact_sarsa": pl.lit(False)}
+        return own.select(*CELL, "time_s", mean="value", low="value", high="value", **empty)
     wide = own.pivot(on="time_s", index=[*CELL, "seed"], values="value")
-    cells = arrange(wide, str(results.folder))
+    cells = arrange(wide, results)
     times = sorted(int(name) for name in cells.measures)
     values = np.hstack([cells.measures[str(time)] for time in times])
     estimate = mean_interval(values, stream(0, "bootstrap", "curves"), resamples=500)
     count = cells.table.height
-    return pl.concat([cells.table] * len(times)).with_columns(
+    return pl.concat([cells.named] * len(times)).with_columns(
         time_s=pl.Series(np.repeat(times, count)),
         mean=_series(estimate.value),
         low=_series(estimate.low),

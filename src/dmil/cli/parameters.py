@@ -152,12 +152,12 @@ def settings_command(
         signature = inspect.Signature(
             [
                 inspect.Parameter(
-                    name,
+                    parameter,
                     inspect.Parameter.KEYWORD_ONLY,
-                    default=defaults.get(name),
+                    default=defaults.get(parameter),
                     annotation=annotation,
                 )
-                for name, annotation in annotations.items()
+                for parameter, annotation in annotations.items()
             ]
         )
         command.__name__ = function.__name__

@@ -10,7 +10,7 @@ import polars as pl
 
 from dmil.analysis.cells import BASELINES, REWARD_ORDER, ordered
 from dmil.analysis.paper import PAPER_COLUMNS, scenario_label
-from dmil.reports.labels import architecture_label, controller_label, family, paper_column
+from dmil.reports.labels import architecture_label, controller_label, family
 from dmil.reports.marks import (
     RULES,
     Chart,
@@ -141,7 +141,7 @@ def against_max_pressure(summary: pl.DataFrame, preset: str) -> Chart | None:
         (pl.col("preset") == preset) & pl.col("vs_max_pressure_pct").is_not_null()
     )
     named = [
-        controller_label(row["controller"]) if row["reward"] is None else paper_column(row)
+        controller_label(row["controller"]) if row["reward"] is None else row["column"]
         for row in chosen.iter_rows(named=True)
     ]
     data = (

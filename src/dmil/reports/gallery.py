@@ -8,7 +8,7 @@ from itertools import chain
 from typing import Any
 
 from dmil.analysis import Tables, curves
-from dmil.analysis.cells import CELL, ENTRIES, ordered
+from dmil.analysis.cells import CELL, ENTRIES, Cells, ordered
 from dmil.analysis.paper import PAPER_COLUMNS, intersections_of
 from dmil.controllers.settings import DualMemorySettings
 from dmil.reports import cell_charts, time_charts
@@ -133,7 +133,7 @@ def _of_scenario(results: Results, tables: Tables, preset: str, scenario: str) -
             scenario,
             "Like the paper's Fig. 5: rows of SARSA's table, or of short- and long-term memory "
             "together, added since the start. States per agent from start to end: "
-            f"{_stored(results, preset, scenario)}.",
+            f"{_stored(results, tables.cells, preset, scenario)}.",
             time_charts.memory_growth(entries, scenario),
         ),
         (
@@ -155,7 +155,7 @@ def _of_scenario(results: Results, tables: Tables, preset: str, scenario: str) -
     )
 
 
-def _stored(results: Results, preset: str, scenario: str) -> str:
+def _stored(results: Results, cells: Cells, preset: str, scenario: str) -> str:
     """Say how many states the agents of the memory figures store, at the start and at the end."""
     ends = results.query(
         f"""
@@ -165,7 +165,8 @@ def _stored(results: Results, preset: str, scenario: str) -> str:
         group by all order by time_s
         """
     )
-    lines, _ = time_charts.memory_lines(ends)
+    named = ends.join(cells.named, on=CELL, nulls_equal=True)
+    lines, _ = time_charts.memory_lines(named)
     stored = dict(lines.group_by("line", maintain_order=True).agg("mean").rows())
     return "; ".join(
         f"{line} {stored[line][0]:,.0f} to {stored[line][-1]:,.0f}"

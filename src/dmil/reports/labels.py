@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from dmil.analysis.paper import PAPER_COLUMNS, architecture_of
-
 _CONTROLLERS = {
     "sarsa": "SARSA",
     "dual-memory": "Dual memory",
@@ -34,20 +32,6 @@ def family(row: dict[str, Any]) -> str:
     if row["controller"] == "sarsa":
         return "SARSA on exact states" if row["embedding"] == "exact" else "SARSA on classes"
     return controller_label(row["controller"])
-
-
-def paper_column(row: dict[str, Any]) -> str | None:
-    """Return which column of the paper's table a cell stands for under its preset."""
-    for column in PAPER_COLUMNS:
-        a = architecture_of(column, row["preset"])
-        if (a.controller, a.embedding, a.communication, a.epsilon) == (
-            row["controller"],
-            row["embedding"],
-            row["communication"],
-            row["epsilon"],
-        ):
-            return column
-    return None
 
 
 def number(value: float | None, digits: int = 3) -> str:

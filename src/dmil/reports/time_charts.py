@@ -11,8 +11,8 @@ import numpy as np
 import polars as pl
 
 from dmil.analysis.cells import REWARD_ORDER, ordered
-from dmil.analysis.paper import EPSILON_NON_MEMORY, PAPER_COLUMNS, scenario_label
-from dmil.reports.labels import controller_label, paper_column
+from dmil.analysis.paper import PAPER_COLUMNS, scenario_label
+from dmil.reports.labels import controller_label
 from dmil.reports.marks import RULES, Chart, heading, lines
 from dmil.reports.theme import COLOURS, REWARD_COLOURS
 from dmil.theory import StagingRule, size_bounds
@@ -30,14 +30,13 @@ _ARRIVED = "vehicles arrived, Vc (veh)"
 
 def arrivals_by_reward(curves: pl.DataFrame, scenario: str) -> Chart | None:
     """Draw arrivals for each reward, architecture fixed (like the paper's Fig. 4, left)."""
-    named = _named(curves)
     for column in ("Complex", "Simple", "No Memory"):
-        chosen = named.filter(pl.col("column") == column).with_columns(line="reward")
+        chosen = curves.filter(pl.col("column") == column).with_columns(line="reward")
         if chosen.height:
             order = ordered(chosen["line"].unique().to_list(), REWARD_ORDER)
             fixed = "SARSA" if column == "No Memory" else f"dual memory, {column.lower()} classes"
             return lines(
-                _with_baselines(named, chosen),
+                _with_baselines(curves, chosen),
                 [*order, *RULES],
                 {**COLOURS, **REWARD_COLOURS},
                 _DASHES,
@@ -49,12 +48,11 @@ def arrivals_by_reward(curves: pl.DataFrame, scenario: str) -> Chart | None:
 
 def arrivals_by_architecture(curves: pl.DataFrame, scenario: str) -> Chart | None:
     """Draw arrivals for each architecture, reward fixed (like the paper's Fig. 4, right)."""
-    named = _named(curves)
-    chosen, reward = _paper_lines(named)
+    chosen, reward = _paper_lines(curves)
     if chosen.is_empty():
         return None
     return lines(
-        _with_baselines(named, chosen),
+        _with_baselines(curves, chosen),
         [*PAPER_COLUMNS, *RULES],
         COLOURS,
         _DASHES,
@@ -150,14 +148,9 @@ def _bounds(chosen: pl.DataFrame, settings: MemorySettings) -> pl.DataFrame:
     return pl.concat(parts)
 
 
-def _named(curves: pl.DataFrame) -> pl.DataFrame:
-    columns = [paper_column(row) for row in curves.iter_rows(named=True)]
-    return curves.with_columns(column=pl.Series(columns, dtype=pl.String))
-
-
-def _paper_lines(named: pl.DataFrame) -> tuple[pl.DataFrame, str]:
+def _paper_lines(curves: pl.DataFrame) -> tuple[pl.DataFrame, str]:
     """Lines of the paper's columns under entropy, or under the first reward there is."""
-    chosen = named.filter(pl.col("column").is_not_null()).with_columns(line="column")
+    chosen = curves.filter(pl.col("column").is_not_null()).with_columns(line="column")
     rewards = chosen["reward"].unique().to_list()
     if not rewards:
         return chosen, ""
@@ -167,18 +160,12 @@ def _paper_lines(named: pl.DataFrame) -> tuple[pl.DataFrame, str]:
 
 def memory_lines(curves: pl.DataFrame) -> tuple[pl.DataFrame, str]:
     """Return the lines of exact SARSA and the paper's columns, and the reward they are for."""
-    named = _named(curves)
-    chosen, reward = _paper_lines(named)
-    exact = (
-        (pl.col("controller") == "sarsa")
-        & (pl.col("embedding") == "exact")
-        & ~pl.col("communication")
+    chosen, reward = _paper_lines(curves)
+    table = curves.filter("is_exact_sarsa", pl.col("reward") == reward).with_columns(
+        line=pl.lit("SARSA exact")
     )
-    table = named.filter(
-        exact & (pl.col("reward") == reward) & (pl.col("epsilon") == EPSILON_NON_MEMORY)
-    ).with_columns(line=pl.lit("SARSA exact"))
     # Under most presets "No Memory" is exact SARSA: one line is enough.
-    others = chosen.filter(~exact)
+    others = chosen.filter(~pl.col("is_exact_sarsa"))
     keep = ("line", "time_s", "mean", "low", "high")
     return pl.concat([table.select(keep), others.select(keep)]), reward
 

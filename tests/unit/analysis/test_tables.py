@@ -4,7 +4,7 @@ import pytest
 
 from dmil.analysis import (
     TABLE_II,
-    architecture_of,
+    Reading,
     cells_of,
     curves,
     paper_table,
@@ -83,9 +83,9 @@ def test_the_papers_numbers_are_those_printed():
 
 
 def test_no_memory_depends_on_the_preset():
-    assert architecture_of("No Memory", "literal").embedding == "exact"
-    assert architecture_of("No Memory", "matched").embedding == "simple"
-    assert architecture_of("Complex + communication", "matched").communication
+    assert Reading().architecture("No Memory", "literal").embedding == "exact"
+    assert Reading().architecture("No Memory", "matched").embedding == "simple"
+    assert Reading().architecture("Complex + communication", "matched").communication
 
 
 def test_sensitivity_compares_presets_on_the_same_seeds(study):
@@ -114,9 +114,9 @@ def test_curves_are_means_over_seeds(study):
 
 def test_the_slope_of_memory_is_found(study):
     cells = cells_of(study)
-    exact = cells.find("literal", "grid:3x3", "entropy", architecture_of("No Memory", "literal"))
+    exact = cells.find("literal", "grid:3x3", "entropy", Reading().architecture("No Memory", "literal"))
     assert np.allclose(cells.measures["entries_per_decision"][:, exact], 0.9)
-    dual = cells.find("literal", "grid:3x3", "entropy", architecture_of("Complex", "literal"))
+    dual = cells.find("literal", "grid:3x3", "entropy", Reading().architecture("Complex", "literal"))
     assert np.allclose(cells.measures["entries_per_decision"][:, dual], 0.1)
 
 

@@ -6,7 +6,9 @@ import os
 import polars as pl
 import pytest
 
+from dmil.analysis import tables_of
 from dmil.errors import OutputError
+from dmil.results import Results
 from dmil.studies import LocalExecutor, PaperStudySettings, run_paper_study
 from dmil.studies.block import run_block
 from dmil.studies.plan import blocks
@@ -129,3 +131,22 @@ def test_the_tables_hold_one_row_per_run_and_decision(whole):
     runs, series = (pl.read_parquet(whole / name) for name in FILES)
     assert runs.height * 7 == series.height
     assert runs["status"].unique().to_list() == ["ok"]
+
+
+def test_a_study_with_other_epsilons_is_analysed_as_it_was_run(tmp_path):
+    settings = PaperStudySettings(
+        presets=("literal",),
+        grids=("1x2",),
+        seeds=5,
+        horizon_s=60,
+        rewards=("default", "entropy"),
+        sarsa={"epsilon": 0.3},
+        dual_memory={"epsilon": 0.2},
+    )
+    run_paper_study(settings, tmp_path / "study", executor=LocalExecutor(1))
+    with Results(tmp_path / "study") as results:
+        tables = tables_of(results)
+    ours = tables.paper.filter(pl.col("reward") == "entropy").drop_nulls("mean")
+    assert set(ours["column"]) >= {"No Memory", "Simple", "Complex"}
+    judged = tables.claims.filter(pl.col("id") == "memory-beats-sarsa")
+    assert judged["holds"].null_count() == 0
