@@ -161,6 +161,12 @@ def test_a_policy_from_elsewhere_is_refused(key, value, said, dmil, policy, tmp_
     judge(dmil("evaluate", "--policy", tmp_path / "other.npz", code=2), said)
 
 
+def test_a_policy_and_another_controller_are_not_one_run(dmil, policy):
+    done = dmil("simulate", "--policy", policy, "--controller", "sarsa", code=2)
+    judge(done, "controller 'sarsa' beside a policy of 'dual-memory'")
+    assert dmil("simulate", "--policy", policy, "--controller", "dual-memory").out
+
+
 def test_half_a_policy_is_refused(dmil, policy, tmp_path):
     half = tmp_path / "half.npz"
     half.write_bytes(policy.read_bytes()[:800])

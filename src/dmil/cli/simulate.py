@@ -28,7 +28,7 @@ from dmil.cli.measures import MEASURES, UNFINISHED, number
 from dmil.cli.parameters import Option, settings_command
 from dmil.cli.terminal import print_json, say, show, waiting
 from dmil.compilation import is_cold
-from dmil.errors import OutputError
+from dmil.errors import InputError, OutputError
 from dmil.files import write_atomically
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
@@ -41,6 +41,7 @@ from dmil.studies.block import measures_row
 from dmil.studies.comparison import Contender
 from dmil.training import Policy, Run, evaluate, vehicles_of_seed
 
+DEFAULT_CONTROLLER = "max-pressure"
 SERIES_ENDINGS = (".csv", ".parquet")
 
 
@@ -48,7 +49,7 @@ class SimulateParameters(ScenarioRecipe):
     """One controller on one scenario."""
 
     controller: ControllerChoice = Field(
-        ControllerChoice(name="max-pressure"),
+        ControllerChoice(name=DEFAULT_CONTROLLER),
         description="Controller: a name (see dmil controllers) or package.module:Class.",
     )
     policy: Path | None = Field(
@@ -102,6 +103,13 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
     from a policy. Times are in s, rates in vehicles per s, lengths in m.
     """
     policy = policy_from(settings.policy)
+    if policy and settings.controller.name not in (DEFAULT_CONTROLLER, policy.controller):
+        raise InputError(
+            f"controller '{settings.controller.name}' beside a policy of '{policy.controller}'",
+            where=str(settings.policy),
+            expected="one of the two",
+            mend="leave out --policy or --controller; dmil evaluate compares both",
+        )
     recipe = with_scenario_of(settings, policy)
     scenario = recipe.build()
     contender = _contender(settings, policy)
@@ -138,8 +146,9 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
             }
         )
         return
-    show(_table(rows, f"{contender.label} on {scenario.name}, {scenario.horizon_s} s"))
-    show(UNFINISHED)
+    seed_text = f"seeds {seeds[0]}–{seeds[-1]}" if len(seeds) > 1 else f"seed {seeds[0]}"
+    show(f"{contender.label} on {scenario.name}, {scenario.horizon_s} s, {seed_text}", "")
+    show(_table(rows), UNFINISHED)
     if settings.series:
         say(f"Every second of it: {settings.series}")
 
@@ -181,13 +190,10 @@ def _write_series(table: pl.DataFrame, path: Path) -> None:
     write_atomically(path, table.write_csv if path.suffix == ".csv" else table.write_parquet)
 
 
-def _table(rows: list[dict[str, Any]], title: str) -> Table:
+def _table(rows: list[dict[str, Any]]) -> Table:
     """Return one value for one run; mean with interval, and the seeds' extremes, for several."""
     several = len(rows) > 1
-    seeds = (
-        f", seeds {rows[0]['seed']}–{rows[-1]['seed']}" if several else f", seed {rows[0]['seed']}"
-    )
-    table = Table(title=title + seeds, box=box.SIMPLE_HEAD, show_edge=False, title_justify="left")
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False)
     table.add_column("measure", no_wrap=True)
     table.add_column("mean" if several else "value", justify="right", no_wrap=True)
     if several:

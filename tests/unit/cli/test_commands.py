@@ -103,6 +103,13 @@ def test_several_controllers_have_settings_of_their_own(dmil, tmp_path):
     assert "Did you mean 'green_s'?" in dmil.err
 
 
+def test_brackets_in_a_name_are_no_markup(dmil, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    dmil("train", "--scenario", "grid:1x1", "--episodes", 1, "--out", "a [red] policy.npz")
+    heading = dmil("simulate", "--policy", "a [red] policy.npz").splitlines()[0]
+    assert heading == "a [red] policy.npz on grid:1x1, 300 s, seed 0"
+
+
 def test_the_scenarios_are_listed_and_described(dmil):
     assert dmil.json("scenarios")["scenarios"] == scenario_names()
     assert all(name in dmil("scenarios") for name in scenario_names())
