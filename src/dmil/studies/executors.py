@@ -6,9 +6,12 @@ import multiprocessing
 import os
 import signal
 import socket
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing import forkserver, resource_tracker
 from typing import Protocol, TypeVar
 
 from dmil.errors import DmilError, InputError, MissingExtraError, unknown_name
@@ -46,11 +49,15 @@ class LocalExecutor:
         # A server that imports once and forks workers: quick, and free of this process's threads.
         context = multiprocessing.get_context("forkserver")
         context.set_forkserver_preload([function_module(function)])
+        resource_tracker.ensure_running()  # begun by the next line, it would let signals through
+        with _deaf_children():
+            forkserver.ensure_running()
         pool = ProcessPoolExecutor(
-            min(self.jobs, len(items)), mp_context=context, initializer=_ignore_interrupts
+            min(self.jobs, len(items)), mp_context=context, initializer=_prepare_worker
         )
         try:
-            futures = [pool.submit(function, item) for item in items]
+            with _put_off(signal.SIGINT, signal.SIGTERM):  # half begun it cannot be shut down
+                futures = [pool.submit(function, item) for item in items]
             for future in as_completed(futures):
                 yield future.result()
         except BrokenProcessPool:
@@ -76,6 +83,8 @@ class RayExecutor:
 
     def __init__(self, address: str | None = None, jobs: int | None = None) -> None:
         self._address, self._jobs = address, jobs
+        if address:
+            _check_reachable(address)
 
     def map(self, function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Result]:
         """Yield results as they come."""
@@ -83,8 +92,6 @@ class RayExecutor:
             import ray
         except ImportError:
             raise MissingExtraError("ray") from None
-        if self._address:
-            _check_reachable(self._address)
         try:
             ray.init(
                 address=self._address or "local",
@@ -170,6 +177,42 @@ def _apply(function: Callable[[Item], Result], item: Item) -> Result:
     return function(item)
 
 
-def _ignore_interrupts() -> None:
+@contextmanager
+def _deaf_children() -> Iterator[None]:
+    """Let processes that begin in the block never hear Ctrl-C, which reaches a whole terminal."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _put_off(*numbers: signal.Signals) -> Iterator[None]:
+    """Let signals wait until the block has ended, whichever thread they reach."""
+    if threading.current_thread() is not threading.main_thread():  # nor are they handled here
+        yield
+        return
+    came: list[int] = []
+    before = {each: signal.signal(each, lambda number, _: came.append(number)) for each in numbers}
+    try:
+        yield
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler or signal.SIG_DFL)
+        if came:
+            signal.raise_signal(came[0])
+
+
+def _prepare_worker() -> None:
     # Ctrl-C reaches every process of the terminal; only the first one shall act on it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    # A parent that was killed cannot tell its workers; they would wait for work for ever.
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

@@ -2,6 +2,9 @@
 
 import multiprocessing
 import os
+import signal
+import subprocess
+import sys
 import time
 
 import pytest
@@ -52,6 +55,66 @@ def test_a_killed_worker_is_one_clear_error():
         list(LocalExecutor(2).map(die, range(4)))
 
 
+PARENT = """
+import multiprocessing, sys, time
+from dmil.studies import LocalExecutor
+
+for _ in LocalExecutor(2).map(time.sleep, [0.0, 0.0, 600.0, 600.0]):
+    print(*(child.pid for child in multiprocessing.active_children()), flush=True)
+"""
+
+
+def test_workers_end_with_a_killed_parent():
+    parent = subprocess.Popen([sys.executable, "-c", PARENT], stdout=subprocess.PIPE, text=True)
+    lines = [parent.stdout.readline() for _ in range(2)]
+    parent.kill()
+    parent.wait()
+    parent.stdout.close()
+    workers = [int(pid) for pid in lines[-1].split()]
+    assert len(workers) == 2
+    for _ in range(600):
+        if not any(map(lives, workers)):
+            break
+        time.sleep(0.05)
+    assert not any(map(lives, workers))
+
+
+def lives(process):
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_while_workers_begin_waits_for_them(number):
+    """A pool that is interrupted half begun cannot be shut down."""
+    asked = []
+
+    def items():
+        os.kill(os.getpid(), number)
+        for item in range(4):
+            asked.append(item)
+            yield item
+
+    class Items(list):
+        def __iter__(self):
+            return items()
+
+    def interrupt(number, frame):
+        raise KeyboardInterrupt
+
+    before = signal.signal(number, interrupt)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            list(LocalExecutor(2).map(square, Items(range(4))))
+    finally:
+        signal.signal(number, before)
+    assert asked == [0, 1, 2, 3]
+    assert not multiprocessing.active_children()
+
+
 def test_jobs_default_to_the_cores_that_are_ours():
     assert LocalExecutor().jobs == available_cores() >= 1
 
@@ -74,4 +137,4 @@ def test_ray_gives_the_same_results():
 def test_a_cluster_that_does_not_answer_is_one_clear_error():
     pytest.importorskip("ray", reason="the extra 'ray' is not installed")
     with pytest.raises(InputError, match="no Ray cluster answers"):
-        list(make_executor("ray", address="127.0.0.1:1").map(square, range(2)))
+        make_executor("ray", address="127.0.0.1:1")
