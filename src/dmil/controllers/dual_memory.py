@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-import numpy as np
-
 from dmil.compilation import kernel
 from dmil.controllers.agents import Agents, classes_of
 from dmil.controllers.choice import explores, uniform_action
@@ -80,18 +78,19 @@ class DualMemoryController(TabularLearner):
             long_term_entries=long_total / agents,
             table_entries=0.0,
             msize=(3 * long_total + int(short.rows.size.dot(actions))) / agents,
-            entries_total=short_total + long_total,
+            entries_total=short_total + self._stored_once(long.rows.size),
             bytes_total=bytes_used(short.rows, short[1:]) + bytes_used(long.rows, long[1:]),
         )
 
     def arrays(self) -> Arrays:
         """Return both memories as flat arrays."""
         parts = {"short": pack(self.memory.short), "long": pack(self.memory.long)}
-        return {
+        packed = {
             f"{part}.{name}": array
             for part, arrays in parts.items()
             for name, array in arrays.items()
         }
+        return self._with_common(packed)
 
     def restore(self, arrays: Arrays) -> None:
         """Replace both memories.
@@ -101,13 +100,13 @@ class DualMemoryController(TabularLearner):
         PolicyError
             If the arrays are not those of memories of these agents.
         """
-        short = unpack_values(_part(arrays, "short"), self.memory.short)
-        long = unpack_bests(_part(arrays, "long"), self.memory.long)
+        packed, common = self._without_common(arrays)
+        short = unpack_values(_part(packed, "short"), self.memory.short)
+        long = unpack_bests(_part(packed, "long"), self.memory.long)
+        self._check_common(common, long.rows)
         # The arrays may come from a short-term memory of another capacity than ours.
         short = value_table_with_room(short, self.settings.short_capacity)
-        self._memory = self._with_rules(short, long)
-        # Which rows the agents have in common is not kept: the next meeting compares all of them.
-        self._common = np.zeros_like(self._common)
+        self._memory, self._common = self._with_rules(short, long), common
 
     def _start(self, network: RoadNetwork, agents: Agents) -> None:
         ratio, significance = self.settings.staged_ratio, self.settings.significance

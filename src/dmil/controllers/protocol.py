@@ -70,7 +70,8 @@ class MemoryUse:
     msize: float
         The paper's size: 3·m_L + |A|·m_s, or |A|·m_Q: mean over the agents.
     entries_total: int
-        States stored by all agents together; a table that all share counts once.
+        States stored by all agents together; what all share counts once: one table, or the rows
+        that all have since they last met the central unit.
     bytes_total: int
         Memory of these entries and the index over them, all agents together.
     """

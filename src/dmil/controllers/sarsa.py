@@ -77,13 +77,13 @@ class SarsaController(TabularLearner):
             long_term_entries=0.0,
             table_entries=int(entries.sum()) / entries.size,
             msize=int(entries.dot(actions)) / entries.size,
-            entries_total=int(sizes.sum()),
+            entries_total=int(sizes.sum()) if self.settings.shared else self._stored_once(sizes),
             bytes_total=bytes_used(table.rows, table[1:]),
         )
 
     def arrays(self) -> Arrays:
         """Return the Q-tables as flat arrays."""
-        return pack(self.table)
+        return self._with_common(pack(self.table))
 
     def restore(self, arrays: Arrays) -> None:
         """Replace the Q-tables.
@@ -93,9 +93,11 @@ class SarsaController(TabularLearner):
         PolicyError
             If the arrays are not those of Q-tables of these agents.
         """
-        self._table = unpack_values(arrays, self.table)
-        # Which rows the agents have in common is not kept: the next meeting compares all of them.
-        self._common = np.zeros_like(self._common)
+        packed, common = self._without_common(arrays)
+        table = unpack_values(packed, self.table)
+        if not self.settings.shared:
+            self._check_common(common, table.rows)
+        self._table, self._common = table, common
 
     def _fits(self, known: Agents, agents: Agents) -> bool:
         # Tables that agents of one shape share do not depend on how many agents there are.

@@ -14,12 +14,13 @@ from dmil.controllers.prior import Prior
 from dmil.controllers.protocol import Arrays, FloatArray, IntArray, Situation
 from dmil.controllers.settings import LearnerSettings
 from dmil.errors import PolicyError
-from dmil.memory import make_scratch
+from dmil.memory import Rows, make_scratch
 from dmil.network import RoadNetwork
 from dmil.simulation import Observation
 from dmil.symmetry import Classes, embedding
 
 FIRST_CAPACITY = 64
+COMMON = "common"
 
 
 class Step(NamedTuple):
@@ -134,6 +135,60 @@ class TabularLearner(ABC):
         """The agents that this controller controls."""
         assert self._agents is not None, "begin comes before anything else"
         return self._agents
+
+    def _stored_once(self, sizes: IntArray) -> int:
+        """Return the rows of all agents, what they share through the central unit counted once.
+
+        Parameters
+        ----------
+        sizes: (agents,) int32
+            Rows of each agent.
+        """
+        stored = int(sizes.sum())
+        if self.settings.communication:
+            for members, common in zip(self.agents.members, self._common, strict=True):
+                stored -= (members.size - 1) * int(common)
+        return stored
+
+    def _with_common(self, arrays: Arrays) -> Arrays:
+        """Add to packed memories how many leading rows the agents of each shape have in common."""
+        return {**arrays, COMMON: self._common.copy()}
+
+    def _without_common(self, arrays: Arrays) -> tuple[Arrays, IntArray]:
+        """Take apart what `_with_common` put together.
+
+        Raises
+        ------
+        PolicyError
+            If the number of common rows is missing or not one per shape.
+        """
+        common = arrays.get(COMMON)
+        if common is None or common.shape != self._common.shape or common.dtype != np.int32:
+            raise PolicyError(
+                f"array '{COMMON}' is missing or not what it should be",
+                where="saved memory",
+                expected=f"one whole number for each of the {self._common.size} shapes, int32",
+                mend="train it again with this version of dmil",
+            )
+        rest = {name: array for name, array in arrays.items() if name != COMMON}
+        return rest, common.astype(np.int32)
+
+    def _check_common(self, common: IntArray, rows: Rows) -> None:
+        """Check that the agents of each shape really have so many leading keys in common.
+
+        Raises
+        ------
+        PolicyError
+            If they have not.
+        """
+        for members, count in zip(self.agents.members, common.tolist(), strict=True):
+            keys = rows.keys[members, : max(count, 0)]
+            if not 0 <= count <= rows.size[members].min() or (keys != keys[:1]).any():
+                raise PolicyError(
+                    f"array '{COMMON}' says {count} rows, which the agents do not have in common",
+                    where="saved memory",
+                    mend="train it again",
+                )
 
     def _fits(self, known: Agents, agents: Agents) -> bool:
         return known.signatures == agents.signatures and np.array_equal(known.shape, agents.shape)

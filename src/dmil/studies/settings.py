@@ -6,9 +6,9 @@ that gives the paper's magnitudes, [F] fitted to the paper's table.
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from dmil.controllers.settings import DualMemorySettings, SarsaSettings
 from dmil.errors import InputError
@@ -38,6 +38,10 @@ PRESETS: dict[str, Preset] = {
     "matched": Preset(epsilon_decay=0.95, training_factor=10, no_memory_embedding="simple"),
 }
 """The paper taken literally, with an ε that decays, and as its magnitudes are best met."""
+
+
+SET_BY_THE_STUDY = {"embedding", "communication", "epsilon_decay", "learning", "shared"}
+"""Fields of the agents' settings that differ between a study's runs, or that it depends on."""
 
 
 class PaperStudySettings(BaseModel):
@@ -78,6 +82,15 @@ class PaperStudySettings(BaseModel):
         if len(set(names)) < len(names):
             raise ValueError("names must differ from each other")
         return names
+
+    @model_validator(mode="after")
+    def _only_what_the_study_leaves_open(self) -> Self:
+        for name, chosen in (("sarsa", self.sarsa), ("dual_memory", self.dual_memory)):
+            usual = type(chosen)()
+            for field in SET_BY_THE_STUDY & set(type(chosen).model_fields):
+                if getattr(chosen, field) != getattr(usual, field):
+                    raise ValueError(f"{name}.{field} is set by the study itself: leave it out")
+        return self
 
 
 def check_horizon(settings: PaperStudySettings, decision_interval_s: int) -> None:

@@ -114,9 +114,13 @@ def test_curves_are_means_over_seeds(study):
 
 def test_the_slope_of_memory_is_found(study):
     cells = cells_of(study)
-    exact = cells.find("literal", "grid:3x3", "entropy", Reading().architecture("No Memory", "literal"))
+    exact = cells.find(
+        "literal", "grid:3x3", "entropy", Reading().architecture("No Memory", "literal")
+    )
     assert np.allclose(cells.measures["entries_per_decision"][:, exact], 0.9)
-    dual = cells.find("literal", "grid:3x3", "entropy", Reading().architecture("Complex", "literal"))
+    dual = cells.find(
+        "literal", "grid:3x3", "entropy", Reading().architecture("Complex", "literal")
+    )
     assert np.allclose(cells.measures["entries_per_decision"][:, dual], 0.1)
 
 

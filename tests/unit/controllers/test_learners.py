@@ -15,8 +15,11 @@ from dmil.controllers.sarsa import SarsaController
 from dmil.controllers.settings import DualMemorySettings, LearnerSettings, SarsaSettings
 from dmil.errors import PolicyError
 from dmil.network import RoadNetwork, grid
+from dmil.rewards import make_reward
+from dmil.scenarios import scenario
 from dmil.seeding import stream
-from dmil.simulation import Observation
+from dmil.simulation import Observation, QueueSimulator
+from dmil.training import run, vehicles_of_seed
 
 LEARNERS = ["sarsa", "dual-memory"]
 EACH = pytest.mark.parametrize("name", LEARNERS)
@@ -159,6 +162,16 @@ def test_arrays_of_another_network_cannot_be_restored(name):
         other.restore({})
 
 
+@EACH
+def test_rows_that_are_not_in_common_are_refused(name):
+    saved, other = make_controller(name), make_controller(name)
+    practise(saved, grid(2, 2))
+    other.begin(situation(grid(2, 2)))
+    for wrong in (-1, 10**6):
+        with pytest.raises(PolicyError, match="do not have in common"):
+            other.restore({**saved.arrays(), "common": np.array([wrong], np.int32)})
+
+
 def test_a_larger_short_term_memory_is_staged_when_restored_into_a_smaller():
     """The long-term memory must have room for more rows than the smaller one could stage."""
     large = DualMemoryController(DualMemorySettings(short_capacity=500, embedding="exact"))
@@ -294,3 +307,25 @@ def test_agents_of_equal_shape_are_members_of_one_group():
     assert len(set(agents.signatures)) == 2
     # Without (S, F+L) a quarter turn no longer fits.
     assert [group.size for group in agents.groups] == [1, 4]
+
+
+@pytest.mark.parametrize("name", ["sarsa", "dual-memory"])
+def test_rows_shared_through_the_central_unit_count_once(name):
+    made = scenario("grid:2x2", horizon_s=200)
+    controller = make_controller(name, {"embedding": "simple", "communication": True})
+    if name == "dual-memory":
+        controller = make_controller(
+            name, {"embedding": "simple", "communication": True, "short_capacity": 2}
+        )
+    run(
+        QueueSimulator(made),
+        controller,
+        vehicles_of_seed(made, 0),
+        make_reward("entropy"),
+        stream(0, "x"),
+    )
+    controller._meet()
+    use = controller.memory_use()
+    per_agent = use.table_entries + use.long_term_entries
+    assert per_agent > 1
+    assert use.entries_total == per_agent + 4 * use.short_term_entries

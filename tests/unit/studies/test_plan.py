@@ -65,3 +65,10 @@ def test_a_run_needs_two_decisions():
     with pytest.raises(InputError, match="two decision intervals"):
         check_horizon(PaperStudySettings(horizon_s=20), 15)
     check_horizon(PaperStudySettings(horizon_s=30), 15)
+
+
+@pytest.mark.parametrize("field", ["embedding", "communication", "epsilon_decay", "learning"])
+def test_what_the_study_sets_itself_cannot_be_set(field):
+    value = {"embedding": "cells", "epsilon_decay": 0.5, "learning": False, "communication": True}
+    with pytest.raises(ValueError, match=f"sarsa.{field} is set by the study itself"):
+        PaperStudySettings(sarsa={field: value[field]})
