@@ -13,7 +13,7 @@ __version__ = "0.1.0"
 # ruff: noqa: F401  for type checkers only; __all__ is made from the same names below.
 if TYPE_CHECKING:
     from dmil.controllers import CONTROLLERS, Controller, Situation, make_controller
-    from dmil.demand import PoissonDemand, Vehicles
+    from dmil.demand import CompoundPoissonDemand, PoissonDemand, ProfileDemand, Vehicles
     from dmil.errors import DmilError
     from dmil.network import RoadNetwork, grid, read_cityflow_roadnet
     from dmil.reports import write_report
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 _ROOMS = {
     "controllers": ("CONTROLLERS", "Controller", "Situation", "make_controller"),
-    "demand": ("PoissonDemand", "Vehicles"),
+    "demand": ("CompoundPoissonDemand", "PoissonDemand", "ProfileDemand", "Vehicles"),
     "errors": ("DmilError",),
     "network": ("RoadNetwork", "grid", "read_cityflow_roadnet"),
     "reports": ("write_report",),
