@@ -7,14 +7,12 @@ with one message and no traceback.
 from __future__ import annotations
 
 import importlib
-import multiprocessing
 import os
 import signal
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from multiprocessing import forkserver
 from typing import Annotated, Any
 
 import typer
@@ -24,6 +22,7 @@ import dmil
 from dmil.cli.help import CommandGroup
 from dmil.cli.terminal import print_error, print_json, say
 from dmil.errors import DmilError
+from dmil.worker_server import start_worker_server
 
 COMMANDS = {
     "study": "Run a whole study, such as the paper's, and write its report.",
@@ -59,7 +58,7 @@ class LazyGroup(CommandGroup):
         name, command, rest = super().resolve_command(ctx, args)
         if name in COMMANDS:
             if name in WORK and not {"--help", "-h", "--print-config"} & set(args):
-                _start_worker_server(WORK[name])
+                start_worker_server(WORK[name])  # it imports while this process still does
             module = importlib.import_module(f"dmil.cli.{name}")
             command = typer.main.get_command(module.app)
         return name, command, rest
@@ -96,12 +95,6 @@ class LazyGroup(CommandGroup):
 
         with _terminated_like_interrupted():
             sys.exit(exit_code(run, arguments))
-
-
-def _start_worker_server(module: str) -> None:
-    """Let the server of worker processes import while this process still does (0.7 s)."""
-    multiprocessing.set_forkserver_preload([module])
-    forkserver.ensure_running()
 
 
 def exit_code(run: Callable[[], Any], arguments: Sequence[str]) -> int:

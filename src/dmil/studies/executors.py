@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from multiprocessing import forkserver, resource_tracker
 from typing import Protocol, TypeVar
 
 from dmil.errors import DmilError, InputError, MissingExtraError, unknown_name
+from dmil.worker_server import start_worker_server
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -24,7 +24,7 @@ class Executor(Protocol):
     """Applies a function to many items, in any order."""
 
     def map(self, function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Result]:
-        """Yield results as they come; closing the iterator drops what has not begun."""
+        """Yield results as they come; closing the iterator drops what has not come."""
 
 
 class LocalExecutor:
@@ -48,18 +48,17 @@ class LocalExecutor:
             return
         # A server that imports once and forks workers: quick, and free of this process's threads.
         context = multiprocessing.get_context("forkserver")
-        context.set_forkserver_preload([function_module(function)])
-        resource_tracker.ensure_running()  # begun by the next line, it would let signals through
-        with _deaf_children():
-            forkserver.ensure_running()
+        start_worker_server(function_module(function))
         pool = ProcessPoolExecutor(
             min(self.jobs, len(items)), mp_context=context, initializer=_prepare_worker
         )
+        finished = False
         try:
             with _put_off(signal.SIGINT, signal.SIGTERM):  # half begun it cannot be shut down
                 futures = [pool.submit(function, item) for item in items]
             for future in as_completed(futures):
                 yield future.result()
+            finished = True
         except BrokenProcessPool:
             raise DmilError(
                 "a worker process was killed, perhaps for want of memory, or a script calls this"
@@ -67,7 +66,10 @@ class LocalExecutor:
                 " the same command continues, --jobs 1 needs least memory"
             ) from None
         finally:
-            pool.shutdown(wait=True, cancel_futures=True)
+            with _put_off(signal.SIGINT, signal.SIGTERM):  # a second Ctrl-C would leave it hanging
+                if not finished:  # nobody waits for what has begun
+                    _terminate(pool)
+                pool.shutdown(wait=True, cancel_futures=True)
 
 
 class RayExecutor:
@@ -178,16 +180,6 @@ def _apply(function: Callable[[Item], Result], item: Item) -> Result:
 
 
 @contextmanager
-def _deaf_children() -> Iterator[None]:
-    """Let processes that begin in the block never hear Ctrl-C, which reaches a whole terminal."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-@contextmanager
 def _put_off(*numbers: signal.Signals) -> Iterator[None]:
     """Let signals wait until the block has ended, whichever thread they reach."""
     if threading.current_thread() is not threading.main_thread():  # nor are they handled here
@@ -202,6 +194,12 @@ def _put_off(*numbers: signal.Signals) -> Iterator[None]:
             signal.signal(each, handler or signal.SIG_DFL)
         if came:
             signal.raise_signal(came[0])
+
+
+def _terminate(pool: ProcessPoolExecutor) -> None:
+    # The pool has a method of its own for this from Python 3.14 on.
+    for worker in list((pool._processes or {}).values()):
+        worker.terminate()
 
 
 def _prepare_worker() -> None:

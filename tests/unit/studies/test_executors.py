@@ -50,6 +50,13 @@ def test_closing_leaves_no_worker_behind():
     assert not multiprocessing.active_children()
 
 
+def test_closing_waits_for_nothing():
+    results = LocalExecutor(2).map(time.sleep, [0.0, 0.0, 86400.0, 86400.0])
+    next(results)
+    results.close()
+    assert not multiprocessing.active_children()
+
+
 def test_a_killed_worker_is_one_clear_error():
     with pytest.raises(DmilError, match=r"worker process was killed.*--jobs 1"):
         list(LocalExecutor(2).map(die, range(4)))

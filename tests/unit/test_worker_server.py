@@ -1,0 +1,35 @@
+"""The server of worker processes does not hear Ctrl-C."""
+
+import signal
+import subprocess
+import sys
+
+PROGRAM = """
+import os, pathlib, signal, time
+from dmil.worker_server import start_worker_server
+
+start_worker_server("slow_to_import")
+while not pathlib.Path("begun").exists():
+    time.sleep(0.01)
+os.killpg(0, signal.SIGINT)
+"""
+MODULE = """
+import pathlib, time
+
+pathlib.Path("begun").touch()
+time.sleep(0.5)
+"""
+
+
+def test_ctrl_c_while_it_imports_is_silent(tmp_path):
+    (tmp_path / "slow_to_import.py").write_text(MODULE)
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+        start_new_session=True,
+    )
+    assert done.returncode == -signal.SIGINT
+    assert done.stderr.count("Traceback") == 1, done.stderr
