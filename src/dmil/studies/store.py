@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
 import os
@@ -53,10 +54,11 @@ class StudyStore:
     def __enter__(self) -> StudyStore:
         self._check()
         try:
-            self._parts.mkdir(parents=True, exist_ok=True)
+            self.folder.mkdir(parents=True, exist_ok=True)
+            self._held = (self.folder / LOCK_FILE).open("a", encoding="utf-8")
         except OSError as error:
             raise OutputError(
-                f"cannot be made ({error.strerror})",
+                f"cannot be made or written ({error.strerror})",
                 where=str(self.folder),
                 mend="choose another --out",
             ) from None
@@ -67,6 +69,7 @@ class StudyStore:
     def __exit__(self, *exception: object) -> None:
         self.flush()
         (self.folder / LOCK_FILE).unlink(missing_ok=True)
+        self._held.close()
 
     @property
     def complete(self) -> bool:
@@ -142,18 +145,21 @@ class StudyStore:
             )
 
     def _lock(self) -> None:
+        # The system releases it when this process ends, in whatever way.
         path = self.folder / LOCK_FILE
-        if path.exists() and not _owner_lives(path):
-            path.unlink(missing_ok=True)
         try:
-            with path.open("x", encoding="utf-8") as file:
-                file.write(str(os.getpid()))
-        except FileExistsError:
+            fcntl.flock(self._held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            # Who held it until just now removed the file; another one may hold a new file already.
+            alone = os.path.samestat(os.fstat(self._held.fileno()), path.stat())
+        except OSError:
+            alone = False
+        if not alone:
+            self._held.close()
             raise OutputError(
                 "another process is at work on this study",
                 where=str(self.folder),
-                mend=f"wait for it, choose another --out, or delete {path} if it is gone",
-            ) from None
+                mend="wait for its end, or choose another --out",
+            )
 
     def _part_files(self, table: str) -> list[Path]:
         return sorted(self._parts.glob(f"{table}-*.parquet"))
@@ -177,14 +183,3 @@ def _different(found: Any, wanted: Any, name: str = "") -> list[str]:
         return [name] if found != wanted else []
     keys = sorted({*found, *wanted})
     return [each for key in keys for each in _different(found.get(key), wanted.get(key), key)]
-
-
-def _owner_lives(path: Path) -> bool:
-    """Tell whether the process that holds a lock runs here; a broken lock is nobody's."""
-    try:
-        os.kill(int(path.read_text(encoding="utf-8")), 0)
-    except PermissionError:
-        return True
-    except (OSError, ValueError):
-        return False
-    return True
