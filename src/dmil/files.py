@@ -18,6 +18,13 @@ def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
     OutputError
         The folder or file cannot be written.
     """
+    if path.exists() and not path.is_file():
+        # In place of a device, such as /dev/null, a file would be put: for root, for everybody.
+        raise OutputError(
+            "it is a folder" if path.is_dir() else "it is no ordinary file",
+            where=str(path),
+            expected="the name of a file",
+        )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(

@@ -31,12 +31,13 @@ def import_object(path: str, kind: str) -> Any:
         sys.path.append(os.getcwd())
     try:
         found = importlib.import_module(module)
-    except Exception as error:  # a user's module may fail in any way while it is imported
+    except (Exception, SystemExit) as error:  # a user's module may fail in any way
         problem = f"module '{module}' cannot be imported ({type(error).__name__}: {error})"
     else:
         if hasattr(found, name):
             return getattr(found, name)
-        problem = f"module '{module}' has no '{name}'"
+        file = getattr(found, "__file__", None)
+        problem = f"module '{module}' has no '{name}'" + (f" ({file})" if file else "")
     raise InputError(
         problem,
         where=f"{kind} '{path}'",
