@@ -10,6 +10,9 @@ import random
 
 import numpy as np
 
+LARGEST_SEED = 2**53 - 1
+"""Largest master seed of a command: whole in JSON, and with 64 bits in a table."""
+
 
 def stream(seed: int, *names: str | int) -> np.random.Generator:
     """Return the independent random stream that belongs to a seed and a name (ours).

@@ -13,6 +13,12 @@ import numpy as np
 class NoVerbs:
     pass
 
+class Stops:
+    def begin(self, situation):
+        raise MemoryError("400 TiB")
+
+    def decide(self, observation, reward): ...
+
 class WrongPhase:
     def begin(self, situation):
         self.count = len(situation.network.intersections)
@@ -52,6 +58,23 @@ BAD_VALUES = {
     ),
     "an output folder that is a file": ((*STUDY, "--out", "mine.py"), "mine.py: it is a file"),
     "an output folder with other files": ((*STUDY, "--out", "."), "it holds other files"),
+    "a number without end": ((*RUN, "--seed", "9" * 30), "--seed: found 999"),
+    "a load of millions": ((*RUN, "--load", "1e9"), "--load: found 1000000000.0"),
+    "a run of centuries": ((*RUN, "--steps", "9" * 30), "--steps: found 999"),
+    "more memory than there is": (
+        (*RUN, "--controller", "mine:Stops"),
+        "too large for this machine (400 TiB)",
+    ),
+    "a module that ends the program": (
+        (*RUN, "--controller", "leaves:Mine"),
+        "'leaves' cannot be imported (SystemExit: 0)",
+    ),
+    "a policy that would be a folder": (
+        ("train", "--scenario", "grid:1x1", "--episodes", "1", "--no-prior", "--out", "a_folder"),
+        "a_folder: it is a folder",
+    ),
+    "a grid in other digits": ((*RUN[:2], "grid:٣x3"), "expected grid:ROWSxCOLUMNS"),
+    "a table that is a list": ((*RUN, "--config", "list.toml"), "found [1]; expected a table."),
     "a policy that is none": ((*RUN, "--policy", "mine.py"), "mine.py: not a whole policy"),
     "a missing policy": ((*RUN, "--policy", "no.npz"), "no.npz: there is no such file"),
 }
@@ -70,15 +93,19 @@ def judge(done, *said):
 @pytest.fixture
 def folder(tmp_path):
     (tmp_path / "mine.py").write_text(MINE)
+    (tmp_path / "leaves.py").write_text("raise SystemExit(0)")
+    (tmp_path / "list.toml").write_text("timing = [1]")
+    (tmp_path / "a_folder").mkdir()
     return tmp_path
 
 
 @pytest.mark.parametrize("case", BAD_VALUES)
 def test_a_bad_value_is_one_clear_error(case, dmil, folder):
     arguments, said = BAD_VALUES[case]
+    before = sorted(folder.iterdir())
     done = dmil(*arguments, cwd=folder, code=2, PYTHONDONTWRITEBYTECODE="1")
     judge(done, said)
-    assert [path.name for path in folder.iterdir()] == ["mine.py"]
+    assert sorted(folder.iterdir()) == before
 
 
 def spoil_route(roadnet, flow):
@@ -102,7 +129,28 @@ def spoil_rate(roadnet, flow):
     flow[3]["startTime"] = -5
 
 
+def spoil_end(roadnet, flow):
+    flow[3]["endTime"] = 1e15
+
+
+def spoil_interval(roadnet, flow):
+    flow[3].update(startTime=0, endTime=10, interval=1e-12)
+
+
+def spoil_speed(roadnet, flow):
+    for lane in roadnet["roads"][0]["lanes"]:
+        lane["maxSpeed"] = 1e-300
+
+
+def spoil_lanes(roadnet, flow):
+    roadnet["roads"][0]["lanes"] = []
+
+
 BAD_FILES = {
+    "a vehicle after millions of years": (spoil_end, "flow.json", "[3].endTime"),
+    "vehicles without number": (spoil_interval, "flow.json", "it stands for 1e+13 vehicles"),
+    "a road that takes for ever": (spoil_speed, "roadnet.json", "to drive along it takes"),
+    "a road without lanes": (spoil_lanes, "roadnet.json", "list should have at least 1 item"),
     "a route over a road that does not exist": (spoil_route, "flow.json", "'nowhere'"),
     "roads that are not connected": (spoil_way, "flow.json", "no way from 'E_in' to 'N_out'"),
     "a phase naming a movement that does not exist": (spoil_phase, "roadnet.json", "44"),
@@ -117,6 +165,14 @@ def test_a_bad_file_is_named(case, dmil, city):
     folder = city(spoil)
     done = dmil("simulate", "--scenario", f"cityflow:{folder}", code=2)
     judge(done, file, said)
+
+
+def test_a_mark_at_the_beginning_of_a_file_is_skipped(dmil, city):
+    folder = city()
+    for path in folder.glob("*.json"):
+        path.write_text(path.read_text(encoding="utf-8"), encoding="utf-8-sig")
+    (folder / "run.toml").write_text(f'scenario = "cityflow:{folder}"', encoding="utf-8-sig")
+    assert dmil("simulate", "--config", folder / "run.toml").out
 
 
 def test_the_unspoilt_files_run(dmil, city):

@@ -34,6 +34,11 @@ def test_a_closed_pipe_is_silent():
     assert done.stderr == ""
 
 
+def test_a_terminal_that_knows_no_greek_gets_question_marks(dmil):
+    done = dmil("theory", PYTHONIOENCODING="ascii")
+    assert done.out.startswith("|A| = 8, ? = 0.5, T = 16")
+
+
 def test_a_pipe_gets_no_colours(dmil):
     for arguments in (["--help"], ["theory"], ["controllers"], ["nonsense"]):
         code = 2 if arguments == ["nonsense"] else 0

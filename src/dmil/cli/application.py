@@ -7,6 +7,7 @@ with one message and no traceback.
 from __future__ import annotations
 
 import importlib
+import io
 import os
 import signal
 import sys
@@ -93,6 +94,10 @@ class LazyGroup(CommandGroup):
                 **extra,
             )
 
+        for stream in (sys.stdout, sys.stderr):
+            # Not every terminal knows Greek: then a question mark is better than an error.
+            if isinstance(stream, io.TextIOWrapper):
+                stream.reconfigure(errors="replace")
         with _terminated_like_interrupted():
             sys.exit(exit_code(run, arguments))
 
@@ -127,6 +132,11 @@ def exit_code(run: Callable[[], Any], arguments: Sequence[str]) -> int:
             traceback.print_exc()
         _tell(str(stop), arguments, label="stopped")
         return FAILED
+    except (MemoryError, OverflowError) as error:
+        if _debugging(arguments):
+            traceback.print_exc()
+        _tell(f"a number is too large for this machine ({error}); choose a smaller one", arguments)
+        return USER_ERROR
     except Exception as error:
         # Not the user's to mend, unless a part of their own failed: where it arose is the message.
         traceback.print_exc()
@@ -139,7 +149,9 @@ def _tell(message: str, arguments: Sequence[str], *, label: str = "error", hint:
     if hint:
         say(hint)
     if "--json" in arguments:
-        print_json({"error": message or label})
+        print_json(
+            {"error": message if label == "error" else ": ".join(filter(None, (label, message)))}
+        )
 
 
 def _hint(error: Exception) -> str:

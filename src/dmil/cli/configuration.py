@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 import types
 import typing
@@ -26,6 +27,9 @@ _SHORTER = {
     "a valid number": "a number",
     "a valid boolean": "true or false",
     "a valid string": "text",
+    "Tuple should have": "a list of",
+    " item after validation": "",
+    "Input is not a valid path for <class 'pathlib.Path'>": "a path",
 }
 
 
@@ -39,7 +43,7 @@ def read_file(path: Path, kind: type[BaseModel]) -> Values:
     """
     where = str(path)
     try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
+        values = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise InputError(
             "there is no such file", where=where, mend="write one with: dmil … --print-config"
@@ -126,6 +130,7 @@ def _expected(message: str) -> str:
     """Say pydantic's sentence more shortly."""
     for start in ("Value error, ", "Input should be "):
         message = message.removeprefix(start)
+    message = re.sub(r"a valid dictionary or instance of \w+", "a table", message)
     for long, short in _SHORTER.items():
         message = message.replace(long, short)
     return message

@@ -34,6 +34,7 @@ from dmil.errors import InputError
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
+from dmil.seeding import LARGEST_SEED
 from dmil.statistics import Estimate
 from dmil.studies import LocalExecutor, compile_kernels
 from dmil.studies.comparison import REFERENCE, Comparison, Contender, compare
@@ -64,7 +65,7 @@ class EvaluateParameters(ScenarioRecipe):
     )
     reward: str = Field("diffusion", description=REWARD)
     seeds: int = Field(10, ge=1, description="Number of test seeds.")
-    seed: int = Field(0, ge=0, description="First of the seeds.")
+    seed: int = Field(0, ge=0, le=LARGEST_SEED, description="First of the seeds.")
     baselines: bool = Field(
         True, description="Put fixed-cycle, longest-queue-first and max-pressure beside."
     )

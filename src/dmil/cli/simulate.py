@@ -33,7 +33,7 @@ from dmil.files import write_atomically
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
-from dmil.seeding import stream
+from dmil.seeding import LARGEST_SEED, stream
 from dmil.simulation import QueueSimulator
 from dmil.statistics import mean_interval
 from dmil.studies import compile_kernels
@@ -56,7 +56,9 @@ class SimulateParameters(ScenarioRecipe):
         None, description="Policy of a trained controller, instead; it acts frozen and greedily."
     )
     reward: str = Field("diffusion", description=REWARD)
-    seed: int = Field(0, ge=0, description="Seed of demand and chance; the first of several.")
+    seed: int = Field(
+        0, ge=0, le=LARGEST_SEED, description="Seed of demand and chance; the first of several."
+    )
     seeds: int = Field(1, ge=1, description="Number of seeds.")
     series: Path | None = Field(
         None,

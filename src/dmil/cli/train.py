@@ -28,6 +28,7 @@ from dmil.errors import InputError
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
+from dmil.seeding import LARGEST_SEED
 from dmil.simulation import QueueSimulator
 from dmil.studies import compile_kernels
 from dmil.training import (
@@ -54,7 +55,9 @@ class TrainParameters(ScenarioRecipe):
     episodes: int = Field(
         10, ge=1, description="Runs to learn from, those of a resumed policy included."
     )
-    seed: int = Field(0, ge=0, description="Master seed of demand and exploration.")
+    seed: int = Field(
+        0, ge=0, le=LARGEST_SEED, description="Master seed of demand and exploration."
+    )
     prior: bool = Field(
         True,
         description="Begin with what a dummy agent (exact SARSA, ε = 0.1) learns in one run, as in "

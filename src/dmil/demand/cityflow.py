@@ -16,6 +16,10 @@ from dmil.network import RoadNetwork
 from dmil.network.json_file import read_json
 
 NO_END = -1
+LAST_S = 10**8
+"""Latest time that a file may name, three years after its beginning."""
+MOST_VEHICLES = 10**7
+"""Most vehicles of one entry: more is a slip of the pen that would fill the memory."""
 
 
 class Flow(BaseModel):
@@ -25,8 +29,8 @@ class Flow(BaseModel):
 
     route: Annotated[tuple[str, ...], Field(min_length=1)]
     interval: Annotated[FiniteFloat, Field(gt=0)]
-    start: Annotated[FiniteFloat, Field(ge=0, alias="startTime")] = 0.0
-    end: Annotated[FiniteFloat, Field(alias="endTime")] = NO_END
+    start: Annotated[FiniteFloat, Field(ge=0, le=LAST_S, alias="startTime")] = 0.0
+    end: Annotated[FiniteFloat, Field(le=LAST_S, alias="endTime")] = NO_END
 
 
 _FILE = TypeAdapter(tuple[Flow, ...])
@@ -86,7 +90,7 @@ def _departures_s(flow: Flow, horizon_s: int | None, where: str) -> list[int]:
                 "it has no end (endTime is -1)",
                 where=where,
                 expected="an end, or a horizon at which to stop",
-                mend="give horizon_s",
+                mend="give horizon_s (--steps)",
             )
         end_s = horizon_s - 1
     elif end_s < flow.start:
@@ -96,7 +100,15 @@ def _departures_s(flow: Flow, horizon_s: int | None, where: str) -> list[int]:
             mend="correct one of them; for no end write -1",
         )
     # 1e-9: three headways of a third of a second are one second.
-    count = max(0, math.floor((end_s - start_s) / flow.interval + 1e-9) + 1)
+    headways = (end_s - start_s) / flow.interval
+    if headways > MOST_VEHICLES:
+        raise DemandError(
+            f"it stands for {headways:.3g} vehicles",
+            where=where,
+            expected=f"at most {MOST_VEHICLES:,}",
+            mend="correct interval or endTime",
+        )
+    count = max(0, math.floor(headways + 1e-9) + 1)
     return [start_s + math.ceil(k * flow.interval - 1e-9) for k in range(count)]
 
 

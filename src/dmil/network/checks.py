@@ -9,6 +9,9 @@ from collections.abc import Iterable
 from dmil.errors import NetworkError
 from dmil.network.model import TURNS, Intersection, Link, Movement, RoadNetwork
 
+LONGEST_S = 10**8
+"""Longest time on a link, three years: steps are counted in 32 bits."""
+
 
 def check_network(network: RoadNetwork, *, where: str | None = None) -> None:
     """Check that links, movements and phases fit together (ours).
@@ -72,6 +75,13 @@ def _check_link(link: Link, known: set[str], where: str) -> None:
     if not (math.isfinite(link.speed_m_per_s) and link.speed_m_per_s > 0):
         raise NetworkError(
             f"its speed is {link.speed_m_per_s} m/s", where=where, expected="a number above 0 m/s"
+        )
+    if not link.length_m / link.speed_m_per_s <= LONGEST_S:
+        raise NetworkError(
+            f"to drive along it takes {link.length_m / link.speed_m_per_s:.3g} s "
+            f"({link.length_m:g} m at {link.speed_m_per_s:g} m/s)",
+            where=where,
+            expected=f"at most {LONGEST_S:,} s",
         )
     if not (isinstance(link.lanes, int) and link.lanes >= 1):
         raise NetworkError(

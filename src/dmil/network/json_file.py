@@ -82,8 +82,11 @@ def first_problem(cause: ValidationError) -> tuple[str, str]:
     place = ""
     for part in first["loc"]:
         place += f"[{part}]" if isinstance(part, int) else f".{part}" if place else part
-    message = str(first["msg"]).removeprefix("Value error, ").replace("tuple", "list")
-    problem = message[0].lower() + message[1:]
+    message = str(first["msg"]).removeprefix("Value error, ")
+    problem = message[0].lower() + message[1:].replace(" after validation", "")
+    problem = problem.replace("tuple", "list")
+    if first["type"] in ("model_type", "dict_type"):
+        problem = "this is no object {…}"
     if first["type"] == "missing":
         problem = "this field is missing"
     elif first["type"] == "extra_forbidden":
@@ -97,7 +100,7 @@ def first_problem(cause: ValidationError) -> tuple[str, str]:
 
 def _text(path: Path, content: str, error: type[InputError]) -> str:
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")  # some editors begin with a mark
     except FileNotFoundError:
         raise error(
             "there is no such file", where=str(path), expected=content, mend="check the path"

@@ -12,6 +12,11 @@ from dmil.errors import InputError
 from dmil.network import RoadNetwork
 from dmil.network.json_file import first_problem
 
+LONGEST_RUN_S = 10**8
+"""Longest run, three years: steps are counted in 32 bits."""
+HIGHEST_LOAD = 1e6
+"""Highest factor on a demand: what is above would fill any memory with vehicles."""
+
 
 class Settings(BaseModel):
     """Frozen numbers of a scenario; a wrong one raises our error and not pydantic's."""

@@ -10,7 +10,13 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.errors import InputError
 from dmil.scenarios.cityflow import cityflow_scenario
-from dmil.scenarios.model import QueueDynamics, Scenario, SignalTiming
+from dmil.scenarios.model import (
+    HIGHEST_LOAD,
+    LONGEST_RUN_S,
+    QueueDynamics,
+    Scenario,
+    SignalTiming,
+)
 from dmil.scenarios.registry import scenario, with_load
 
 
@@ -60,12 +66,14 @@ class ScenarioRecipe(BaseModel):
     horizon_s: int | None = Field(
         None,
         ge=1,
+        le=LONGEST_RUN_S,
         description="Length of a run in s; by default 300 on grids, and until the last departure, "
         "rounded up to 600 s, for recorded vehicles.",
     )
     load: float = Field(
         1.0,
         ge=0,
+        le=HIGHEST_LOAD,
         allow_inf_nan=False,
         description="Factor on the demand; 2 means twice as many vehicles.",
     )

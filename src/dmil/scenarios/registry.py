@@ -79,7 +79,7 @@ def scenario(
 
 
 def _grid_size(name: str) -> tuple[int, int]:
-    match = re.fullmatch(r"grid:(\d{1,4})x(\d{1,4})", name)
+    match = re.fullmatch(r"grid:([0-9]{1,4})x([0-9]{1,4})", name)
     if match is None:
         raise InputError(
             f"'{name}' is not the name of a grid",

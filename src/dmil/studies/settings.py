@@ -12,6 +12,8 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 
 from dmil.controllers.settings import DualMemorySettings, SarsaSettings
 from dmil.errors import InputError
+from dmil.scenarios.model import HIGHEST_LOAD, LONGEST_RUN_S
+from dmil.seeding import LARGEST_SEED
 
 PresetName = Literal["literal", "decaying", "matched"]
 
@@ -56,10 +58,16 @@ class PaperStudySettings(BaseModel):
         ("1x1", "3x3", "5x5"), min_length=1, description="Grids, ROWSxCOLUMNS [P]."
     )
     seeds: int = Field(30, ge=1, description="Runs per cell; seeds 0, 1, … [P 30].")
-    first_seed: int = Field(0, ge=0, description="First of the seeds.")
-    horizon_s: int = Field(300, ge=20, description="T_sim, length of a run in s [A].")
+    first_seed: int = Field(0, ge=0, le=LARGEST_SEED, description="First of the seeds.")
+    horizon_s: int = Field(
+        300, ge=20, le=LONGEST_RUN_S, description="T_sim, length of a run in s [A]."
+    )
     load: float = Field(
-        1.0, gt=0, allow_inf_nan=False, description="Factor on the paper's arrival rates."
+        1.0,
+        gt=0,
+        le=HIGHEST_LOAD,
+        allow_inf_nan=False,
+        description="Factor on the paper's arrival rates.",
     )
     rewards: tuple[str, ...] = Field(
         ("default", "diffusion", "entropy"), min_length=1, description="Rewards [P]."
