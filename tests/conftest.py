@@ -22,7 +22,7 @@ def tee() -> RoadNetwork:
     ways += ("W>T", "T>E", "straight", 1), ("S>T", "T>E", "right", 2), ("S>T", "T>W", "left", 2)
     junction = Intersection(
         "T",
-        tuple(Movement(*way, lanes=1.0) for way in ways),
+        tuple(Movement(*way, lanes=(k % 2,)) for k, way in enumerate(ways)),
         (frozenset({0, 2, 3}), frozenset({0, 1}), frozenset({2, 5})),
         frozenset({4}),
     )
@@ -76,11 +76,17 @@ def varied():
             )
             for link in network.links
         )
+        lanes = {link.id: link.lanes for link in links}
+
+        def some_lanes(link):
+            chosen = rng.choice(lanes[link], rng.integers(1, lanes[link] + 1), replace=False)
+            return tuple(sorted(chosen.tolist()))
+
         intersections = tuple(
             replace(
                 node,
                 movements=tuple(
-                    replace(movement, lanes=float(rng.choice([1 / 3, 1 / 2, 2 / 3, 1, 3 / 2, 3])))
+                    replace(movement, lanes=some_lanes(movement.from_link))
                     for movement in node.movements
                 ),
             )

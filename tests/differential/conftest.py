@@ -56,7 +56,7 @@ def y_junction(name):
     sides = [f"{name}{side}" for side in "ABC"]
     links = [Link(f"{a}>{b}", a, b, 0.0, 10.0, 2) for s in sides for a, b in ((s, name), (name, s))]
     movements = [
-        Movement(f"{sides[s]}>{name}", f"{name}>{sides[(s + k) % 3]}", turn, s, 1.0)
+        Movement(f"{sides[s]}>{name}", f"{name}>{sides[(s + k) % 3]}", turn, s, (0,))
         for s in range(3)
         for k, turn in ((1, "right"), (2, "left"))
     ]

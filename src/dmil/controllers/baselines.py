@@ -47,7 +47,7 @@ class FixedCycleController:
         interval_s = situation.decision_interval_s
         cycles = []
         for item in situation.network.intersections:
-            planned_s = dict(item.program)
+            planned_s = item.planned_green_s
             cycle: list[int] = []
             for phase in covering_phases(item):
                 green_s = self.settings.green_s or planned_s.get(phase, interval_s)

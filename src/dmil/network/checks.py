@@ -32,7 +32,8 @@ def check_network(network: RoadNetwork, *, where: str | None = None) -> None:
     if not network.intersections:
         raise NetworkError("there is no intersection", where=where, expected="at least one")
     _unique((link.id for link in network.links), "link", where)
-    nodes = [node.id for node in network.intersections] + list(network.fringe)
+    nodes = [node.id for node in (*network.intersections, *network.junctions)]
+    nodes += network.fringe
     _unique(nodes, "node", where)
     known = set(nodes)
     for link in network.links:
@@ -46,7 +47,14 @@ def check_network(network: RoadNetwork, *, where: str | None = None) -> None:
             )
     links = {link.id: link for link in network.links}
     for node_ in network.intersections:
-        _check_intersection(node_, links, f"{where}: intersection {node_.id}")
+        place = f"{where}: intersection {node_.id}"
+        _check_movements(node_.id, node_.movements, links, place)
+        _check_phases(node_, place)
+        _check_plan(node_, place)
+        _check_priority(node_, place)
+    for junction in network.junctions:
+        place = f"{where}: junction {junction.id}"
+        _check_movements(junction.id, junction.movements, links, place)
 
 
 def _unique(names: Iterable[str], kind: str, where: str) -> None:
@@ -89,23 +97,25 @@ def _check_link(link: Link, known: set[str], where: str) -> None:
         )
 
 
-def _check_intersection(node: Intersection, links: dict[str, Link], where: str) -> None:
-    if not node.movements:
+def _check_movements(
+    node: str, movements: tuple[Movement, ...], links: dict[str, Link], where: str
+) -> None:
+    if not movements:
         raise NetworkError(
             "it has no movements",
             where=where,
             expected="at least one way from a link to a link",
             mend="make it a fringe node if vehicles only begin or end there",
         )
-    for index, movement in enumerate(node.movements):
-        _check_movement(movement, node.id, links, f"{where}, movement {index}")
+    for index, movement in enumerate(movements):
+        _check_movement(movement, node, links, f"{where}, movement {index}")
     _unique(
-        (f"{movement.from_link} to {movement.to_link}" for movement in node.movements),
+        (f"{movement.from_link} to {movement.to_link}" for movement in movements),
         "movement",
         where,
     )
     approach: dict[str, int] = {}
-    for movement in node.movements:
+    for movement in movements:
         if approach.setdefault(movement.from_link, movement.approach) != movement.approach:
             raise NetworkError(
                 f"movements from link {movement.from_link} name the approaches "
@@ -113,8 +123,6 @@ def _check_intersection(node: Intersection, links: dict[str, Link], where: str) 
                 where=where,
                 expected="one approach for every link",
             )
-    _check_phases(node, where)
-    _check_plan(node, where)
 
 
 def _check_movement(movement: Movement, node: str, links: dict[str, Link], where: str) -> None:
@@ -145,12 +153,19 @@ def _check_movement(movement: Movement, node: str, links: dict[str, Link], where
         raise NetworkError(
             f"its approach is {movement.approach}", where=where, expected="0 or more"
         )
-    if not (math.isfinite(movement.lanes) and movement.lanes > 0):
+    known = range(links[movement.from_link].lanes)
+    if not movement.lanes or len(set(movement.lanes)) < len(movement.lanes):
         raise NetworkError(
-            f"it has {movement.lanes} lanes",
+            f"its lanes are {list(movement.lanes)}",
             where=where,
-            expected="a number above 0",
-            mend="give it at least a share of a lane, or remove it",
+            expected=f"at least one lane of link {movement.from_link}, each once",
+            mend="name the lanes that serve it, or remove it",
+        )
+    if not set(movement.lanes) <= set(known):
+        raise NetworkError(
+            f"its lanes are {list(movement.lanes)}",
+            where=where,
+            expected=f"lanes from 0 to {len(known) - 1} of link {movement.from_link}",
         )
 
 
@@ -206,19 +221,22 @@ def _check_phases(node: Intersection, where: str) -> None:
 
 
 def _check_plan(node: Intersection, where: str) -> None:
-    for phase, green_s in node.program:
-        if not 0 <= phase < len(node.phases):
+    movements = range(len(node.movements))
+    for index, stage in enumerate(node.program.stages if node.program else ()):
+        if not stage.green <= set(movements):
             raise NetworkError(
-                f"its plan shows phase {phase}",
+                f"its stage {index} serves movement {max(stage.green - set(movements))}",
                 where=where,
-                expected=f"0 to {len(node.phases) - 1}",
+                expected=f"0 to {len(movements) - 1}",
             )
-        if not (math.isfinite(green_s) and green_s > 0):
+        if not (math.isfinite(stage.duration_s) and stage.duration_s > 0):
             raise NetworkError(
-                f"its plan shows phase {phase} for {green_s} s",
+                f"its stage {index} lasts {stage.duration_s} s",
                 where=where,
                 expected="a number above 0 s",
             )
+    if node.program and not node.program.stages:
+        raise NetworkError("its program has no stages", where=where, mend="remove the program")
     if len(node.phase_names) not in (0, len(node.phases)):
         raise NetworkError(
             f"it has {len(node.phase_names)} names for {len(node.phases)} phases", where=where
@@ -226,4 +244,32 @@ def _check_plan(node: Intersection, where: str) -> None:
     if not (math.isfinite(node.clearance_s) and node.clearance_s >= 0):
         raise NetworkError(
             f"its clearance is {node.clearance_s} s", where=where, expected="0 s or more"
+        )
+
+
+def _check_priority(node: Intersection, where: str) -> None:
+    count = len(node.movements)
+    if len(node.gives_way) not in (0, count):
+        raise NetworkError(
+            f"it says for {len(node.gives_way)} movements to whom they give way",
+            where=where,
+            expected=f"nothing, or an entry for each of the {count} movements",
+        )
+    named = {foe for foes in node.gives_way for foe in foes}
+    named |= {foe for pair in node.conflicts for foe in pair}
+    if not named <= set(range(count)):
+        raise NetworkError(
+            f"priority or conflict with movement {max(named)}",
+            where=where,
+            expected=f"0 to {count - 1}",
+        )
+    waiting = {j: set(foes) for j, foes in enumerate(node.gives_way) if foes}
+    while free := [j for j, foes in waiting.items() if not foes & waiting.keys()]:
+        for j in free:
+            del waiting[j]
+    if waiting:
+        raise NetworkError(
+            f"movements {', '.join(map(str, sorted(waiting)))} give way to each other in a circle",
+            where=where,
+            mend="break the circle: all of them would wait for ever",
         )

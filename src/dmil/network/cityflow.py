@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from itertools import pairwise
 from pathlib import Path
 
@@ -13,7 +12,16 @@ from dmil.errors import NetworkError
 from dmil.network.checks import check_network
 from dmil.network.cityflow_shape import Junction, Road, RoadLink, RoadnetFile
 from dmil.network.json_file import read_json
-from dmil.network.model import TURNS, Intersection, Link, Movement, RoadNetwork, Turn
+from dmil.network.model import (
+    TURNS,
+    Intersection,
+    Link,
+    Movement,
+    Program,
+    RoadNetwork,
+    Stage,
+    Turn,
+)
 from dmil.network.naming import approach_names, order_counter_clockwise, phase_name
 
 _FILE = TypeAdapter(RoadnetFile)
@@ -46,8 +54,8 @@ def read_cityflow_roadnet(path: str | Path) -> RoadNetwork:
 
     Notes
     -----
-    A link is as long as the line through its road's points; a lane shared by k road links counts
-    1/k to each; a road's speed is the highest of its lanes.
+    A link is as long as the line through its road's points; a road's speed is the highest of its
+    lanes.
     """
     file = read_json(path, _FILE, content="a CityFlow road network", error=NetworkError)
     roads = {road.id: road for road in file.roads}
@@ -103,14 +111,14 @@ def _intersection(junction: Junction, roads: dict[str, Road], where: str) -> Int
     return _with_phases(junction, movements, rank, sides, where)
 
 
-def _movement(link: RoadLink, approaches: list[str], lanes: float) -> Movement:
+def _movement(link: RoadLink, approaches: list[str], lanes: tuple[int, ...]) -> Movement:
     approach = approaches.index(link.start_road)
     return Movement(link.start_road, link.end_road, _TURN[link.type], approach, lanes)
 
 
-def _lanes(junction: Junction, roads: dict[str, Road], where: str) -> list[float]:
-    """Return the lanes of every road link, shared ones in parts."""
-    used: list[set[tuple[str, int]]] = []
+def _lanes(junction: Junction, roads: dict[str, Road], where: str) -> list[tuple[int, ...]]:
+    """Return the lanes that every road link starts on."""
+    used: list[tuple[int, ...]] = []
     for index, link in enumerate(junction.road_links):
         place = f"{where}.roadLinks[{index}]"
         for field, name in (("startRoad", link.start_road), ("endRoad", link.end_road)):
@@ -128,9 +136,8 @@ def _lanes(junction: Junction, roads: dict[str, Road], where: str) -> list[float
                     where=f"{place}.laneLinks",
                     expected=f"a lane from 0 to {count - 1}",
                 )
-        used.append({(link.start_road, lane.start_lane) for lane in link.lane_links})
-    sharing = Counter(lane for lanes in used for lane in lanes)
-    return [sum(1 / sharing[lane] for lane in lanes) for lanes in used]
+        used.append(tuple(sorted({lane.start_lane for lane in link.lane_links})))
+    return used
 
 
 def _with_phases(
@@ -172,10 +179,17 @@ def _with_phases(
         movements=movements,
         phases=phases,
         unsignalled=unsignalled,
-        program=tuple((phases.index(phase), time_s) for phase, time_s in greens if time_s > 0),
+        program=_program(served, unsignalled),
         phase_names=tuple(phase_name(phase, movements, sides) for phase in phases),
         clearance_s=max(clearance, default=0.0) if len(phases) > 1 else 0.0,
     )
+
+
+def _program(
+    served: list[tuple[frozenset[int], float]], unsignalled: frozenset[int]
+) -> Program | None:
+    stages = tuple(Stage(time_s, phase - unsignalled) for phase, time_s in served if time_s > 0)
+    return Program(stages) if any(stage.green for stage in stages) else None
 
 
 def _angle_of_origin(road: Road) -> float:

@@ -97,9 +97,11 @@ def _intersection(row: int, column: int, rows: int, columns: int) -> Intersectio
     here = f"{row},{column}"
     around = [_neighbour(row, column, side, rows, columns) for side in range(4)]
     movements = tuple(
-        Movement(f"{around[side]}>{here}", f"{here}>{around[(side + step) % 4]}", turn, side, 1.0)
+        Movement(
+            f"{around[side]}>{here}", f"{here}>{around[(side + step) % 4]}", turn, side, (lane,)
+        )
         for side in range(4)
-        for turn, step in _TURN_TO_SIDE
+        for lane, (turn, step) in enumerate(_TURN_TO_SIDE)
     )
     return Intersection(
         here, movements, PAPER_PHASES, PAPER_UNSIGNALLED, phase_names=PAPER_PHASE_NAMES

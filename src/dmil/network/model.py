@@ -65,19 +65,62 @@ class Movement:
     approach
         Index of the side that it comes from, counter-clockwise from East.
     lanes
-        Lanes that serve it; a lane shared by k movements counts 1/k to each.
+        Lanes of the link it comes from that serve it, numbered as in the file; 0 is the rightmost
+        one in SUMO's. Movements may share lanes.
     """
 
     from_link: str
     to_link: str
     turn: Turn
     approach: int
-    lanes: float
+    lanes: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """One step of a fixed-time program (ours).
+
+    Parameters
+    ----------
+    duration_s
+        How long it lasts.
+    green
+        Local indices of the movements that may go, unsignalled ones left out; none or fewer during
+        a clearance.
+    """
+
+    duration_s: float
+    green: frozenset[int]
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """The fixed-time plan that a network's file has for an intersection (ours).
+
+    Parameters
+    ----------
+    stages
+        In order, clearance included; they repeat for ever.
+    offset_s
+        The plan is this far behind at time 0: it begins with what it shows ``offset_s`` before the
+        end of its cycle, as in SUMO.
+    """
+
+    stages: tuple[Stage, ...]
+    offset_s: float = 0.0
+
+    @property
+    def cycle_s(self) -> float:
+        """Duration of all stages."""
+        return sum(stage.duration_s for stage in self.stages)
 
 
 @dataclass(frozen=True, slots=True)
 class Intersection:
-    """A junction: its movements and the phases that serve them (paper, §III; generalised).
+    """Movements under one signal controller, and its phases (paper, §III; generalised).
+
+    Usually that is one junction; where a controller governs several, all of them are one
+    intersection, and the links between them start and end at it.
 
     Parameters
     ----------
@@ -91,25 +134,58 @@ class Intersection:
     unsignalled
         Local indices of the movements that always may go (the paper's right turns).
     program
-        Fixed-time plan of the file as (phase, green seconds), may be empty.
+        Fixed-time plan of the file, if it has one.
     phase_names
         One readable name per phase, may be empty.
     clearance_s
-        Duration in seconds of the file's clearance phase, 0 if it has none.
+        Longest clearance between two phases of that plan, 0 if it has none.
+    gives_way
+        For every movement the movements that it yields to while they have green and a queue; may
+        be empty. Nobody yields in a circle.
+    conflicts
+        Pairs (i, j), i < j, of movements whose paths cross; may be empty where not known.
     """
 
     id: str
     movements: tuple[Movement, ...]
     phases: tuple[frozenset[int], ...]
     unsignalled: frozenset[int]
-    program: tuple[tuple[int, float], ...] = ()
+    program: Program | None = None
     phase_names: tuple[str, ...] = ()
     clearance_s: float = 0.0
+    gives_way: tuple[tuple[int, ...], ...] = ()
+    conflicts: frozenset[tuple[int, int]] = frozenset()
+
+    @property
+    def planned_green_s(self) -> dict[int, float]:
+        """Phase to seconds of green in the program; phases that it does not show are missing."""
+        stages = self.program.stages if self.program else ()
+        return {
+            self.phases.index(stage.green): stage.duration_s
+            for stage in stages
+            if stage.green in self.phases
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Junction:
+    """A node without signals: vehicles cross it freely, nobody controls it (ours).
+
+    Parameters
+    ----------
+    id
+        Node id.
+    movements
+        The ways across it.
+    """
+
+    id: str
+    movements: tuple[Movement, ...]
 
 
 @dataclass(frozen=True)
 class RoadNetwork:
-    """Links, intersections and fringe nodes (paper, §III).
+    """Links, intersections, junctions without signals and fringe nodes (paper, §III).
 
     Parameters
     ----------
@@ -121,6 +197,8 @@ class RoadNetwork:
         Ids of the nodes where vehicles enter and leave.
     position_m
         Node id to (x, y) in metres, x to the East and y to the North; for drawings only.
+    junctions
+        Nodes without signals.
     """
 
     name: str
@@ -128,6 +206,7 @@ class RoadNetwork:
     intersections: tuple[Intersection, ...]
     fringe: tuple[str, ...]
     position_m: Mapping[str, tuple[float, float]] = field(repr=False)
+    junctions: tuple[Junction, ...] = ()
 
     def __hash__(self) -> int:
         # The dataclass's own hash would walk all links at every look-up of a cache.
@@ -170,7 +249,7 @@ class RoadNetwork:
         """For every link the (next link, turn) pairs that its movements allow."""
         link = self.link_index
         found: list[list[tuple[int, Turn]]] = [[] for _ in self.links]
-        for node in self.intersections:
+        for node in (*self.intersections, *self.junctions):
             for movement in node.movements:
                 found[link[movement.from_link]].append((link[movement.to_link], movement.turn))
         return tuple(tuple(pairs) for pairs in found)

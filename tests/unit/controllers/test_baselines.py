@@ -13,7 +13,7 @@ from dmil.controllers.baselines import (
 )
 from dmil.controllers.protocol import Controller, Situation
 from dmil.controllers.settings import FixedCycleSettings
-from dmil.network import grid
+from dmil.network import Program, Stage, grid
 from dmil.seeding import stream
 from dmil.simulation import Observation
 from dmil.simulation.pressure import movement_pressure
@@ -142,8 +142,14 @@ def test_greens_are_measured_in_the_scenarios_intervals():
     assert cycle(controller, network, 5, interval_s=5) == [[0], [1], [2], [3], [0]]
 
 
+def plan(network, *greens_s):
+    """A program that shows the first phases of the only intersection for some seconds each."""
+    phases = network.intersections[0].phases
+    return Program(tuple(map(Stage, greens_s, phases)))
+
+
 def test_a_files_program_gives_the_greens_and_a_setting_overrules_it(tee):
-    node = replace(tee.intersections[0], program=((0, 30.0), (1, 10.0), (2, 15.0)))
+    node = replace(tee.intersections[0], program=plan(tee, 30.0, 10.0, 15.0))
     network = replace(tee, intersections=(node,))
     shown = cycle(begin(FixedCycleController(), network), network, 7)
     assert shown == [[0], [0], [0], [1], [2], [2], [0]]
@@ -153,7 +159,7 @@ def test_a_files_program_gives_the_greens_and_a_setting_overrules_it(tee):
 
 
 def test_a_phase_that_the_program_leaves_out_gets_one_interval(tee):
-    node = replace(tee.intersections[0], program=((0, 30.0),))
+    node = replace(tee.intersections[0], program=plan(tee, 30.0))
     network = replace(tee, intersections=(node,))
     shown = cycle(begin(FixedCycleController(), network), network, 6)
     assert shown == [[0], [0], [0], [1], [2], [0]]

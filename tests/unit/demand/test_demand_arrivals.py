@@ -27,7 +27,7 @@ def one_way_street(names=("W", "E")):
         (Link("in", first, "c", 100.0, 10.0, 1), Link("out", "c", second, 100.0, 10.0, 1)),
         (
             Intersection(
-                "c", (Movement("in", "out", "straight", 0, 1.0),), (frozenset({0}),), frozenset()
+                "c", (Movement("in", "out", "straight", 0, (0,)),), (frozenset({0}),), frozenset()
             ),
         ),
         names,

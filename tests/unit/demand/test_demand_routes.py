@@ -23,7 +23,7 @@ def network_of(moves, lengths_m=None, *, name="ways"):
         here = [move for move in moves if move[0].endswith(f"-{node}")]
         sides = sorted({start for start, _, _ in here})
         movements = tuple(
-            Movement(start, end, turn, sides.index(start), 1.0) for start, end, turn in here
+            Movement(start, end, turn, sides.index(start), (0,)) for start, end, turn in here
         )
         everything = frozenset(range(len(movements)))
         intersections.append(Intersection(node, movements, (everything,), frozenset()))

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from dmil.errors import NetworkError
-from dmil.network import Link, check_network, grid
+from dmil.network import Junction, Link, Movement, Program, Stage, check_network, grid
 
 NETWORK = grid(1, 2)
 LINK = NETWORK.links[0]
@@ -26,6 +26,20 @@ def with_movement(index=0, **change):
     movements = list(NODE.movements)
     movements[index] = replace(movements[index], **change)
     return with_node(movements=tuple(movements))
+
+
+def with_junction(link):
+    """A junction without signals, whose only movement comes from a link that ends elsewhere."""
+    ways = (Movement(link, "0,0>0,1", "straight", 0, (0,)),)
+    return replace(
+        NETWORK,
+        junctions=(Junction("J", ways),),
+        position_m={**NETWORK.position_m, "J": (0.0, 0.0)},
+    )
+
+
+def plan(duration_s, green):
+    return Program((Stage(duration_s, frozenset(green)),))
 
 
 def with_phases(*phases):
@@ -61,8 +75,10 @@ def with_phases(*phases):
         (with_movement(turn="back"), "its turn is 'back'; expected one of right, straight"),
         (with_movement(approach=-1), "its approach is -1; expected 0 or more"),
         (with_movement(approach=2), "name the approaches 2 and 0; expected one approach"),
-        (with_movement(lanes=0.0), "it has 0.0 lanes; expected a number above 0"),
-        (with_movement(lanes=math.inf), "it has inf lanes"),
+        (with_movement(lanes=()), r"its lanes are \[\]; expected at least one lane of link"),
+        (with_movement(lanes=(1, 1)), r"its lanes are \[1, 1\]; expected .* each once"),
+        (with_movement(lanes=(3,)), r"its lanes are \[3\]; expected lanes from 0 to 2"),
+        (with_movement(lanes=(-1,)), r"its lanes are \[-1\]; expected lanes from 0 to 2"),
         (
             with_node(movements=(*NODE.movements, MOVEMENT)),
             f"2 movements are named '{MOVEMENT.from_link} to {MOVEMENT.to_link}'",
@@ -77,8 +93,17 @@ def with_phases(*phases):
             with_phases({1, 2, 4, 5, 7, 8, 10}),
             r"movement 11 \(S0>0,0 to 0,0>W0\) is served by no phase",
         ),
-        (with_node(program=((8, 5.0),)), "its plan shows phase 8; expected 0 to 7"),
-        (with_node(program=((0, 0.0),)), "its plan shows phase 0 for 0.0 s"),
+        (with_node(program=plan(5.0, {12})), "its stage 0 serves movement 12; expected 0 to 11"),
+        (with_node(program=plan(0.0, {1})), "its stage 0 lasts 0.0 s"),
+        (with_node(program=Program(())), "its program has no stages"),
+        (with_node(gives_way=((1,),)), "it says for 1 movements to whom they give way"),
+        (with_node(gives_way=((12,),) + ((),) * 11), "conflict with movement 12; expected 0 to 11"),
+        (with_node(conflicts=frozenset({(0, 12)})), "conflict with movement 12"),
+        (
+            with_node(gives_way=((1,), (2,), (0,)) + ((),) * 9),
+            "movements 0, 1, 2 give way to each other in a circle",
+        ),
+        (with_junction("0,0>0,1"), "it comes from link 0,0>0,1, which ends at '0,1'"),
         (with_node(phase_names=("one",)), "1 names for 8 phases"),
         (with_node(clearance_s=-1.0), "its clearance is -1.0 s"),
         (with_node(clearance_s=math.nan), "its clearance is nan s"),

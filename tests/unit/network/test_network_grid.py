@@ -15,7 +15,7 @@ def test_one_intersection_has_the_papers_orientations_in_order():
     assert [(m.approach, m.turn) for m in node.movements] == [
         (side, turn) for side in range(4) for turn in turns
     ]
-    assert all(m.lanes == 1.0 for m in node.movements)
+    assert [m.lanes for m in node.movements] == [(0,), (1,), (2,)] * 4
     for side in range(4):
         here = node.movements[3 * side : 3 * side + 3]
         assert {m.from_link for m in here} == {f"{SIDES[side]}0>0,0"}

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dmil.network import exit_sides, grid, shape_signature
+from dmil.network import Program, Stage, exit_sides, grid, shape_signature
 
 
 def test_indices_point_at_their_objects():
@@ -56,9 +56,15 @@ def test_networks_are_equal_by_value_and_survive_the_way_to_another_process():
 
 def test_the_signature_sees_shape_only():
     node = grid(1, 1).intersections[0]
-    same = replace(node, id="another", program=((0, 9.0),), phase_names=(), clearance_s=3.0)
+    same = replace(
+        node,
+        id="another",
+        program=Program((Stage(9.0, node.phases[0]),)),
+        phase_names=(),
+        clearance_s=3.0,
+    )
     assert shape_signature(same) == shape_signature(node)
-    narrower = replace(node, movements=tuple(replace(m, lanes=0.5) for m in node.movements))
+    narrower = replace(node, movements=tuple(replace(m, lanes=(0,)) for m in node.movements))
     assert shape_signature(narrower) == shape_signature(node)
 
 

@@ -236,7 +236,7 @@ def test_sides_are_nodes_not_links():
         links.append(Link(f"out{s}", "X", f"N{s}", 0.0, 10.0, 1))
         for k, turn in ALL.items():
             links.append(Link(f"in{s}{turn}", f"N{s}", "X", 0.0, 10.0, 1))
-            movements.append(Movement(f"in{s}{turn}", f"out{(s + k) % 4}", turn, s, 1.0))
+            movements.append(Movement(f"in{s}{turn}", f"out{(s + k) % 4}", turn, s, (0,)))
     phases = grid(1, 1).intersections[0].phases
     node = Intersection("X", tuple(movements), phases, frozenset({0, 3, 6, 9}))
     network = RoadNetwork("split", tuple(links), (node,), ("N0", "N1", "N2", "N3"), {})

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 
 from dmil.demand import Vehicles
@@ -34,9 +36,11 @@ def build_layout(scenario: Scenario) -> Layout:
         unsignalled[i, list(item.unsignalled)] = True
         for p, phase in enumerate(item.phases):
             served[i, p, list(phase | item.unsignalled)] = True
+        sharing = Counter((m.from_link, lane) for m in item.movements for lane in m.lanes)
         for j, movement in enumerate(item.movements):
             slot_link[i * orientations + j] = network.link_index[movement.from_link]
-            flow = movement.lanes * dynamics.saturation_flow_veh_per_s
+            lanes = sum(1 / sharing[movement.from_link, lane] for lane in movement.lanes)
+            flow = lanes * dynamics.saturation_flow_veh_per_s
             headway_s[i * orientations + j] = 1 / flow
     inner = {item.id for item in intersections}
     travel_s = np.array(
