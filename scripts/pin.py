@@ -27,7 +27,8 @@ LINUX = [f"manylinux_2_{minor}" for minor in range(36, 16, -1)] + ["manylinux201
 PLATFORMS = {
     "linux x86_64": [f"{tag}_x86_64" for tag in LINUX],
     "linux aarch64": [f"{tag}_aarch64" for tag in LINUX],
-    "macos arm64": ["macosx_14_0_arm64"],
+    # SUMO's files need macOS 15, all others are content with 14.
+    "macos arm64": ["macosx_15_0_arm64", "macosx_14_0_arm64"],
 }
 
 Pins = dict[str, str]
