@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, TypeAdapter
 
-from dmil.demand.recorded import FileDemand, in_order, link_indices
+from dmil.demand.recorded import FileDemand, first_gap, in_order, link_indices
 from dmil.demand.routes import router
 from dmil.errors import DemandError
 from dmil.network import RoadNetwork
@@ -117,7 +117,7 @@ def _joined(route: tuple[str, ...], network: RoadNetwork, where: str) -> tuple[s
     if len(route) != 2 or not all(road in network.link_index for road in route):
         return route
     start, end = (network.link_index[road] for road in route)
-    if (start, end) in network.movement_index:
+    if first_gap(network, (start, end)) is None:
         return route
     ways = router(network).between_links([start], [end])
     if not ways:

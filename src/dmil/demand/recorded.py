@@ -50,7 +50,7 @@ class FileDemand:
         depart_s
             Departure of every vehicle in seconds, in any order; parts of a second are rounded up.
         routes
-            Link ids of every vehicle, the entry link first.
+            Link ids of every vehicle in the order in which it drives along them.
         where
             What errors say the vehicles come from.
 
@@ -135,8 +135,8 @@ def link_indices(network: RoadNetwork, route: Sequence[str], *, where: str) -> l
     Raises
     ------
     DemandError
-        If the route is empty, has an unknown link, does not begin at a fringe node, or two of its
-        links are not joined by a movement.
+        If the route is empty, has an unknown link, or two of its links are not joined by a
+        movement.
     """
     if not route:
         raise DemandError("its route is empty", where=where, expected="at least one link")
@@ -149,25 +149,35 @@ def link_indices(network: RoadNetwork, route: Sequence[str], *, where: str) -> l
                 mend="check that network and vehicles belong together",
             )
     indices = [network.link_index[link] for link in route]
-    if network.links[indices[0]].start not in network.intersection_index:
-        for here, there in pairwise(indices):
-            if (here, there) not in network.movement_index:
-                raise DemandError(
-                    f"its route goes from '{network.links[here].id}' to "
-                    f"'{network.links[there].id}', but no movement joins them",
-                    where=where,
-                    mend="add the movement to the network, or correct the route",
-                )
-        return indices
-    raise DemandError(
-        f"its route begins with '{route[0]}', which starts inside the network",
-        where=where,
-        expected="a link that starts at a fringe node",
-        mend="begin the route where vehicles can enter the network",
-    )
+    gap = first_gap(network, indices)
+    if gap is not None:
+        raise DemandError(
+            f"its route goes from '{route[gap]}' to '{route[gap + 1]}', but no movement joins them",
+            where=where,
+            mend="add the movement to the network, or correct the route",
+        )
+    return indices
 
 
-def in_order(depart_s: FloatArray, routes: list[list[int]]) -> Vehicles:
+def first_gap(network: RoadNetwork, route: Sequence[int]) -> int | None:
+    """Return after which link of a route no movement leads to the next, None if all do.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    route
+        Link indices in order.
+    """
+    for place, (here, there) in enumerate(pairwise(route)):
+        if all(there != link for link, _ in network.successors[here]):
+            return place
+    return None
+
+
+def in_order(
+    depart_s: FloatArray, routes: Sequence[Sequence[int]], kind: Sequence[int] | None = None
+) -> Vehicles:
     """Sort vehicles by departure; those of one second stay in the order of the record.
 
     Parameters
@@ -176,9 +186,12 @@ def in_order(depart_s: FloatArray, routes: list[list[int]]) -> Vehicles:
         (vehicles,) whole seconds.
     routes
         Link indices of every vehicle.
+    kind
+        Row of every vehicle in the demand's table, see `Vehicles`.
     """
     order = np.argsort(depart_s, kind="stable")
     offset = np.zeros(len(routes) + 1, dtype=np.int32)
     np.cumsum([len(route) for route in routes], out=offset[1:])
     links = np.array([link for route in routes for link in route], dtype=np.int32)
-    return Vehicles(depart_s.astype(np.int32), offset, links).take(order)
+    kinds = None if kind is None else np.array(kind, dtype=np.int32)
+    return Vehicles(depart_s.astype(np.int32), offset, links, kind=kinds).take(order)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import heapq
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
@@ -83,6 +84,28 @@ class Router:
                 choices = choices[:1]
             open_routes.extend(((*route, link), probability / len(choices)) for link in choices)
         return finished
+
+    def first_between(self, starts: Sequence[int], ends: Sequence[int]) -> tuple[int, ...]:
+        """Return one shortest route: the first start, and at every tie the first continuation.
+
+        Parameters
+        ----------
+        starts, ends
+            Link indices, one of each is the route's first and its last.
+
+        Returns
+        -------
+        tuple of int
+            Link indices, both ends included; empty if there is no way.
+        """
+        remaining = self._remaining_cost(tuple(ends))
+        reachable = [link for link in starts if remaining[link] != _UNREACHABLE]
+        if not reachable:
+            return ()
+        route = [min(reachable, key=remaining.__getitem__)]
+        while remaining[route[-1]] != self._cost[route[-1]]:
+            route.append(self._continuations(route[-1], remaining)[0])
+        return tuple(route)
 
     def _continuations(self, here: int, remaining: list[int]) -> list[int]:
         """Return the next links that lie on a shortest route, only the straight ones if any."""

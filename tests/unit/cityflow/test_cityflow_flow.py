@@ -155,7 +155,6 @@ def test_a_vehicle_may_park_inside_the_network(crossing, write):
     [
         (flow(("E_in", "nowhere")), r"\[1\]: its route is over 'nowhere', which the network does"),
         (flow(("E_in", "E_out")), r"\[1\]: there is no way from 'E_in' to 'E_out'"),
-        (flow(("W_out",)), r"\[1\]: its route begins with 'W_out', which starts inside"),
         (flow(()), r"\[1\]\.route: .*at least 1 item"),
         (flow(interval=0), r"\[1\]\.interval: .*greater than 0, but it is 0"),
         (flow(interval=float("nan")), r"\[1\]\.interval: .*finite"),

@@ -1,12 +1,16 @@
 """Recorded vehicles."""
 
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from dmil.demand import Demand, FileDemand, PoissonDemand, ProfileDemand, ScalableDemand
+from dmil.demand.recorded import in_order, link_indices
 from dmil.errors import DemandError
 from dmil.network import grid
+from dmil.network.model import Junction
 from dmil.seeding import stream
 
 NETWORK = grid(1, 2)
@@ -23,6 +27,32 @@ def test_vehicles_come_in_order_of_departure_on_their_routes():
     assert vehicles.depart_s.tolist() == [2, 5, 9]
     assert vehicles.route_offset.tolist() == [0, 2, 5, 8]
     assert [NETWORK.links[k].id for k in vehicles.route_links] == TURN + ACROSS + ACROSS
+
+
+def test_a_route_may_begin_and_end_inside_the_network():
+    vehicles = made(routes=(ACROSS[1:2], ACROSS[1:], TURN[:1])).vehicles(NETWORK, 9, stream(0))
+    ids = [[NETWORK.links[k].id for k in vehicles.route(vehicle)] for vehicle in range(2)]
+    assert ids == [["0,0>0,1", "0,1>E0"], ["0,0>0,1"]]
+
+
+def test_a_route_may_lead_over_a_junction_without_signals():
+    node = NETWORK.intersections[1]
+    network = replace(
+        NETWORK,
+        intersections=NETWORK.intersections[:1],
+        junctions=(Junction(node.id, node.movements),),
+    )
+    assert link_indices(network, ACROSS, where="here") == link_indices(
+        NETWORK, ACROSS, where="here"
+    )
+    with pytest.raises(DemandError, match="no movement joins them"):
+        link_indices(network, ["W0>0,0", "0,1>E0"], where="here")
+
+
+def test_vehicles_keep_their_kind_when_they_are_sorted():
+    vehicles = in_order(np.array([5.0, 2.0]), [[0], [1]], [7, 8])
+    assert vehicles.kind is not None
+    assert (vehicles.depart_s.tolist(), vehicles.kind.tolist()) == ([2, 5], [8, 7])
 
 
 def test_parts_of_a_second_are_rounded_up():
@@ -85,7 +115,6 @@ def test_recorded_vehicles_have_no_rates_to_vary():
         ([math.inf], [TURN], r"vehicles\[0\]: it departs at inf s"),
         ([0], [[]], r"vehicles\[0\]: its route is empty"),
         ([0], [["Z"]], r"vehicles\[0\]: its route is over 'Z', which the network does not have"),
-        ([0], [ACROSS[1:]], r"begins with '0,0>0,1', which starts inside the network"),
         (
             [0, 0],
             [TURN, [ACROSS[0], ACROSS[2]]],

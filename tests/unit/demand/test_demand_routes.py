@@ -161,3 +161,21 @@ def test_a_table_is_computed_once_and_forgotten_with_its_network():
     del network
     gc.collect()
     assert len(routes._TABLES) == before - 1
+
+
+def test_one_shortest_route_takes_the_first_continuation_at_every_tie():
+    network = diamond()
+    index = network.link_index
+    route = router(network).first_between([index["A-s"]], [index["e-Z"]])
+    assert [network.links[k].id for k in route] == ["A-s", "s-l", "l-e", "e-Z"]
+    assert route == router(network).between_links([index["A-s"]], [index["e-Z"]])[0][0]
+
+
+def test_one_shortest_route_begins_at_the_nearest_start():
+    network = diamond(lengths_m={"s-l": 500.0})
+    index = network.link_index
+    find = router(network).first_between
+    assert find([index["s-l"], index["s-r"]], [index["e-Z"]])[0] == index["s-r"]
+    assert find([index["e-Z"]], [index["e-Z"]]) == (index["e-Z"],)
+    assert find([index["e-Z"]], [index["A-s"]]) == ()
+    assert find([], [index["A-s"]]) == ()
