@@ -1,0 +1,224 @@
+"""What both kinds of environments share: episodes of a scenario in a simulator."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dmil.errors import InputError, unknown_name
+from dmil.interop.layout import FloatArray, VectorLayout
+from dmil.interop.picture import Picture
+from dmil.rewards import Reward, make_reward
+from dmil.scenarios import Scenario, scenario
+from dmil.scenarios.registry import with_load
+from dmil.simulation import Observation, QueueSimulator, Simulator
+from dmil.simulation.measures import METRICS
+from dmil.training import vehicles_of_seed
+
+RENDER_MODES = ["rgb_array"]
+RENDER_FPS = 5
+"""Pictures per second of a film: with decisions every 10 s, 50 times as fast as the real thing."""
+MOST_DRAWN_SEED = 2**31
+"""Seeds that an environment draws by itself are below; test seeds such as 0 … 29 are as good as
+never among them."""
+
+
+class Episodes:
+    """Episodes of a scenario, one after the other (ours).
+
+    Parameters
+    ----------
+    made
+        Name of the scenario, or a scenario.
+    simulator
+        Name of the simulator, or a function that makes one for a scenario.
+    reward
+        Name or import path of the reward, or a function as `dmil.rewards.Reward` describes.
+    horizon_s
+        Length of an episode; by default the scenario's own.
+    load
+        Factor on the demand.
+    padded
+        Whether all agents get vectors and actions of equal length.
+    render_mode
+        ``"rgb_array"`` or None.
+
+    Raises
+    ------
+    InputError
+        If there is no such scenario, simulator, reward or render mode.
+    """
+
+    def __init__(
+        self,
+        made: str | Scenario,
+        simulator: str | Callable[[Scenario], Simulator],
+        reward: str | Reward,
+        *,
+        horizon_s: int | None,
+        load: float,
+        padded: bool,
+        render_mode: str | None,
+    ) -> None:
+        if render_mode is not None and render_mode not in RENDER_MODES:
+            raise unknown_name("render mode", str(render_mode), RENDER_MODES)
+        self.scenario = _scenario(made, horizon_s, load)
+        self.reward = make_reward(reward) if isinstance(reward, str) else reward
+        network, timing = self.scenario.network, self.scenario.timing
+        self.layout = VectorLayout(network, timing.decision_interval_s, padded=padded)
+        self.ids = [item.id for item in network.intersections]
+        self.render_mode = render_mode
+        self.seed = 0
+        self.rewards: npt.NDArray[np.float64] | None = None
+        self._observation: Observation | None = None
+        self._picture: Picture | None = None
+        self.simulator = _simulator(simulator, self.scenario)
+
+    @property
+    def observation(self) -> Observation:
+        """What is seen now.
+
+        Raises
+        ------
+        InputError
+            If there has been no reset yet.
+        """
+        if self._observation is None:
+            raise InputError(
+                "no episode has begun", where=self.scenario.name, mend="call reset first"
+            )
+        return self._observation
+
+    @property
+    def over(self) -> bool:
+        """Whether the horizon is reached."""
+        return self.observation.time_s >= self.simulator.horizon_s
+
+    def begin(self, seed: int) -> None:
+        """Begin the episode of a seed: the vehicles that an evaluation of this seed meets, too."""
+        self.seed = seed
+        self._observation = self.simulator.reset(vehicles_of_seed(self.scenario, seed), seed)
+        self.rewards = None
+        self._overruled = np.zeros(len(self.ids), np.int64)
+        self._waited_veh_s = np.zeros(len(self.ids), np.int64)
+
+    def advance(self, actions: Sequence[Any]) -> npt.NDArray[np.float64]:
+        """Show one phase per intersection for an interval; return the rewards.
+
+        Returns
+        -------
+        rewards: (intersections,) float64
+
+        Raises
+        ------
+        InputError
+            If a phase does not exist, no episode is under way, or the reward is not one finite
+            number per intersection.
+        """
+        before = self.observation
+        phases = self._checked(actions)
+        after = self.simulator.advance(phases)
+        rewards = np.asarray(self.reward(before, after, self.scenario.network), np.float64)
+        if rewards.shape != phases.shape or not np.isfinite(rewards).all():
+            raise InputError(
+                f"it has shape {rewards.shape} and values {rewards.ravel()[:3]}…",
+                where=f"reward at {after.time_s} s",
+                expected=f"one finite number for each of the {phases.size} intersections",
+            )
+        self._overruled += after.phase != phases
+        seconds = after.time_s - before.time_s
+        self._waited_veh_s += seconds * after.queue_veh.sum(axis=1)
+        self._observation, self.rewards = after, rewards
+        return rewards
+
+    def _checked(self, actions: Sequence[Any]) -> npt.NDArray[np.int32]:
+        """Return the actions as phases; numbers of any library may be whole numbers."""
+        phases = np.zeros(len(self.ids), np.int32)
+        for i, (action, count) in enumerate(zip(actions, self.layout.phases, strict=True)):
+            try:
+                phase = operator.index(action)
+            except TypeError:
+                phase = -1
+            if not 0 <= phase < count:
+                raise InputError(
+                    f"the action is {action!r}",
+                    where=f"intersection '{self.ids[i]}'",
+                    expected=f"one of its phases, a whole number from 0 to {count - 1}",
+                    mend="choose where info['action_mask'] is 1",
+                )
+            phases[i] = phase
+        return phases
+
+    def vectors(self) -> list[FloatArray]:
+        """Return what every intersection's agent sees now."""
+        return self.layout.vectors(self.observation)
+
+    def infos(self) -> list[dict[str, Any]]:
+        """Return what is to be known about every intersection; at the horizon the metrics, too."""
+        seen = self.observation
+        over = self.over
+        timing = self.scenario.timing
+        masks = self.layout.masks(seen, timing.min_green_s, timing.max_green_s)
+        columns = zip(
+            masks,
+            seen.queue_veh.sum(axis=1).tolist(),
+            self._waited_veh_s.tolist(),
+            seen.phase.tolist(),
+            seen.phase_elapsed_s.tolist(),
+            self._overruled.tolist(),
+            strict=True,
+        )
+        names = (
+            "action_mask",
+            "queue_veh",
+            "waited_veh_s",
+            "phase",
+            "phase_elapsed_s",
+            "overruled",
+        )
+        infos = [dict(zip(names, values, strict=True)) for values in columns]
+        measures = self.measures() if over else {}
+        for info in infos:
+            info["time_s"], info["seed"] = seen.time_s, self.seed
+            if over:
+                info["measures"] = dict(measures)
+        return infos
+
+    def measures(self) -> dict[str, float]:
+        """Return the metrics of the episode so far that are known, by their name in `METRICS`."""
+        measures = self.simulator.measures()
+        found = {name: float(metric.of(measures)) for name, metric in METRICS.items()}
+        return {name: value for name, value in found.items() if not math.isnan(value)}
+
+    def render(self) -> npt.NDArray[np.uint8]:
+        """Draw what is seen now: (height, width, 3) uint8."""
+        if self._picture is None:
+            self._picture = Picture(self.scenario.network)
+        return self._picture.draw(self.observation, self.scenario.name)
+
+    def close(self) -> None:
+        """End the simulator; may be called more than once."""
+        close = getattr(self.simulator, "close", None)
+        if close:
+            close()
+
+
+def _scenario(made: str | Scenario, horizon_s: int | None, load: float) -> Scenario:
+    if isinstance(made, str):
+        return scenario(made, horizon_s=horizon_s, load=load)
+    made = with_load(made, load)
+    return made if horizon_s is None else replace(made, horizon_s=horizon_s)
+
+
+def _simulator(kind: str | Callable[[Scenario], Simulator], made: Scenario) -> Simulator:
+    if callable(kind):
+        return kind(made)
+    if kind != "queue":
+        raise unknown_name("simulator", kind, ["queue"])
+    return QueueSimulator(made)
