@@ -16,6 +16,7 @@ from dmil.network.model import (
     exit_sides,
     shape_signature,
 )
+from dmil.network.sumo import Remark, SumoNetwork, SumoSignals, read_sumo_network
 
 __all__ = [
     "TURNS",
@@ -24,12 +25,16 @@ __all__ = [
     "Link",
     "Movement",
     "Program",
+    "Remark",
     "RoadNetwork",
     "Stage",
+    "SumoNetwork",
+    "SumoSignals",
     "Turn",
     "check_network",
     "exit_sides",
     "grid",
     "read_cityflow_roadnet",
+    "read_sumo_network",
     "shape_signature",
 ]

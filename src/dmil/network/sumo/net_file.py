@@ -1,0 +1,234 @@
+"""From a ``.net.xml`` to records: sumolib understands it, our own walk feeds and guards it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from dmil.errors import MissingExtraError, NetworkError
+from dmil.network.sumo.net_records import Connection, Edge, Logic, NetFile, Point, Stage
+from dmil.network.xml_file import XmlWalk
+
+MOTOR_CLASSES = frozenset(
+    (
+        *("private", "emergency", "authority", "army", "vip", "passenger", "hov", "taxi", "bus"),
+        *("coach", "delivery", "truck", "trailer", "motorcycle", "moped", "evehicle"),
+        *("custom1", "custom2"),
+    )
+)
+"""SUMO's classes of road vehicles with a motor; an edge for none of them is no link."""
+
+
+def read_net_file(path: str | Path) -> NetFile:
+    """Read a SUMO network file (ours).
+
+    Parameters
+    ----------
+    path
+        The file, gzipped or not.
+
+    Raises
+    ------
+    NetworkError
+        If it is missing, cut off, not XML, unsafe, no SUMO network, or names what does not exist.
+    MissingExtraError
+        If sumolib is not installed.
+    """
+    try:
+        from sumolib.net import NetReader
+    except ImportError:
+        raise MissingExtraError("sumo") from None
+    guard = _Guard(str(path), NetReader(withPrograms=True, withFoes=False))
+    walk = XmlWalk(path, guard.start, guard.end, root=("net",), error=NetworkError)
+    guard.walk = walk
+    walk.run()
+    net = guard.reader.getNet()
+    return NetFile(
+        path=str(path),
+        edges=_edges(net),
+        position_m=_positions(net, str(path)),
+        connections=_connections(net, guard.lanes_into, str(path)),
+        logics=tuple(_logic(item, str(path)) for item in net.getTrafficLights()),
+        foes=guard.foes,
+        response=guard.response,
+    )
+
+
+@dataclass(slots=True)
+class _Guard:
+    """Hands the file's elements to sumolib, less what costs time, and keeps the matrices."""
+
+    path: str
+    reader: Any
+    walk: XmlWalk | None = None
+    junction: str = ""
+    lanes_into: dict[str, list[str]] = field(default_factory=dict)
+    foes: dict[tuple[str, int], frozenset[int]] = field(default_factory=dict)
+    response: dict[tuple[str, int], frozenset[int]] = field(default_factory=dict)
+
+    def start(self, name: str, attributes: dict[str, str]) -> None:
+        given = dict(attributes)
+        try:
+            if name == "request":
+                self._request(attributes)
+            elif name != "param":
+                self._prepare(name, attributes)
+                self.reader.startElement(name, attributes)
+        except KeyError as cause:
+            missing = cause.args[0]
+            problem = f"its attribute '{missing}' is missing"
+            if missing in given.values():
+                problem = f"it names '{missing}', which is not in the file before it"
+            raise self._error(name, given, problem) from None
+        except IndexError:
+            raise self._error(name, given, "it names a lane that does not exist") from None
+        except (ValueError, AttributeError, TypeError) as cause:
+            raise self._error(name, given, f"it cannot be understood ({cause})") from None
+
+    def end(self, name: str) -> None:
+        self.reader.endElement(name)
+
+    def _prepare(self, name: str, attributes: dict[str, str]) -> None:
+        if name in ("edge", "junction"):
+            attributes.pop("shape", None)  # outlines: not needed, and slow to convert
+        if name == "junction" and attributes.get("type") != "internal":
+            self.junction = attributes["id"]
+            self.lanes_into[self.junction] = attributes["incLanes"].split()
+        elif name == "tlLogic":
+            if attributes.get("offset", "begin") == "begin":
+                attributes["offset"] = "0"
+            attributes.setdefault("type", "static")
+        elif name == "phase" and "duration" not in attributes and "minDur" in attributes:
+            middle = (float(attributes["minDur"]) + float(attributes["maxDur"])) / 2
+            attributes["duration"] = str(middle)
+
+    def _request(self, attributes: dict[str, str]) -> None:
+        row = self.junction, int(attributes["index"])
+        # The last letter is about row 0.
+        self.foes[row], self.response[row] = (
+            frozenset(k for k, letter in enumerate(reversed(attributes[name])) if letter == "1")
+            for name in ("foes", "response")
+        )
+
+    def _error(self, name: str, attributes: dict[str, str], problem: str) -> NetworkError:
+        names = " ".join(
+            f'{key}="{attributes[key]}"' for key in ("id", "from") if key in attributes
+        )
+        return NetworkError(
+            f"<{name}{' ' if names else ''}{names}>: {problem}",
+            where=str(self.walk.place) if self.walk else self.path,
+            expected="a SUMO network (<net>) as netconvert or netgenerate write it",
+            mend="correct this place, or write the network anew with netconvert",
+        )
+
+
+def _edges(net: Any) -> dict[str, Edge]:
+    edges = {}
+    for edge in net.getEdges(withInternal=False):
+        lanes = edge.getLanes()
+        used = [lane for lane in lanes if _motor(lane.getPermissions())]
+        if used:
+            edges[edge.getID()] = Edge(
+                edge.getID(),
+                edge.getFromNode().getID(),
+                edge.getToNode().getID(),
+                max(lane.getLength() for lane in used),
+                max(lane.getSpeed() for lane in used),
+                len(lanes),
+                tuple(used[-1].getShape() or ()),
+            )
+    return edges
+
+
+def _motor(permissions: set[str]) -> frozenset[str]:
+    return MOTOR_CLASSES if "all" in permissions else MOTOR_CLASSES & permissions
+
+
+def _positions(net: Any, path: str) -> dict[str, Point]:
+    positions = {}
+    for node in net.getNodes():
+        if node.getCoord3D() is None:
+            raise NetworkError(
+                f"there is no junction '{node.getID()}', but edges start or end there",
+                where=path,
+                mend="write the network anew with netconvert",
+            )
+        positions[node.getID()] = node.getCoord()
+    return positions
+
+
+def _lane(net: Any, lane: str, junction: str, path: str) -> Any:
+    try:
+        return net.getLane(lane)
+    except (KeyError, IndexError, ValueError):
+        raise NetworkError(
+            f"there is no lane '{lane}', but junction {junction} names it",
+            where=path,
+            mend="write the network anew with netconvert",
+        ) from None
+
+
+def _connections(net: Any, lanes_into: dict[str, list[str]], path: str) -> tuple[Connection, ...]:
+    """Return the ways of vehicles; the rows of a junction count all ways, those of others too."""
+    found = []
+    for junction, lanes in lanes_into.items():
+        # Lanes of walking areas come last, and their rows after those that are counted here.
+        outer = [_lane(net, lane, junction, path) for lane in lanes if not lane.startswith(":")]
+        ways = [way for lane in outer for way in lane.getOutgoing()]
+        for row, way in enumerate(ways):
+            ends = _motor(way.getFromLane().getPermissions())
+            ends &= _motor(way.getToLane().getPermissions())
+            if any(way.allows(name) for name in (*ends, *(["all"] if ends else []))):
+                found.append(
+                    Connection(
+                        way.getFrom().getID(),
+                        way.getTo().getID(),
+                        way.getFromLane().getIndex(),
+                        way.getDirection(),
+                        way.getTLSID(),
+                        way.getTLLinkIndex(),
+                        junction,
+                        row,
+                    )
+                )
+    return tuple(found)
+
+
+def _logic(item: Any, path: str) -> Logic:
+    place = f"{path}: tlLogic {item.getID()}"
+    programs = list(item.getPrograms().values())
+    if not programs:
+        raise NetworkError(
+            "connections name it, but it is not in the file",
+            where=place,
+            mend="write the network and its signal programs into one file with netconvert",
+        )
+    program = programs[-1]  # SUMO uses the last one
+    stages = tuple(
+        Stage(float(phase.duration), phase.state, tuple(phase.next))
+        for phase in program.getPhases()
+    )
+    numbers = [float(program.getOffset()), *(stage.duration_s for stage in stages)]
+    if not all(map(math.isfinite, numbers)) or any(stage.duration_s < 0 for stage in stages):
+        raise NetworkError(
+            "an offset or a duration is no time",
+            where=place,
+            expected="seconds, durations 0 or more",
+        )
+    if not stages:
+        raise NetworkError(
+            "its program has no stages", where=place, mend="give it <phase> elements"
+        )
+    longest = max((way[2] for way in item.getConnections()), default=-1)
+    for index, stage in enumerate(stages):
+        if len(stage.state) <= longest:
+            raise NetworkError(
+                f"stage {index} has {len(stage.state)} letters ({stage.state}), but its "
+                f"connections name letter {longest}",
+                where=place,
+                expected=f"at least {longest + 1} letters, one per connection",
+                mend="complete the state, or write the network anew with netconvert",
+            )
+    return Logic(item.getID(), program.getType(), numbers[0], stages, tuple(item.getPrograms()))

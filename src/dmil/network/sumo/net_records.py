@@ -1,0 +1,111 @@
+"""A ``.net.xml`` as plain records: its roads, connections, signal programs and right of way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """A road of the file that vehicles may use; lanes for others are counted too (ours)."""
+
+    id: str
+    start: str
+    end: str
+    length_m: float
+    speed_m_per_s: float
+    lanes: int
+    shape: tuple[Point, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Connection:
+    """A way of vehicles from a lane to a lane (ours).
+
+    Parameters
+    ----------
+    from_edge, to_edge, lane
+        From which lane to which edge.
+    direction
+        SUMO's letter for the turn.
+    signal
+        Controller, empty if there is none.
+    letter
+        Index into the controller's state strings.
+    junction, row
+        Where it is, and its row in that junction's matrix of right of way.
+    """
+
+    from_edge: str
+    to_edge: str
+    lane: int
+    direction: str
+    signal: str
+    letter: int
+    junction: str
+    row: int
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """One ``<phase>`` (ours); ``after`` names the stages that may follow, empty: the next one."""
+
+    duration_s: float
+    state: str
+    after: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Logic:
+    """The program that SUMO uses for one controller (ours).
+
+    Parameters
+    ----------
+    id
+        Of the controller.
+    kind
+        SUMO's type: ``static``, ``actuated`` ….
+    offset_s
+        A time at which the cycle begins.
+    stages
+        In the file's order.
+    programs
+        Ids of all programs that the file has for it.
+    """
+
+    id: str
+    kind: str
+    offset_s: float
+    stages: tuple[Stage, ...]
+    programs: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class NetFile:
+    """The parts of a network file that matter for vehicles (ours).
+
+    Parameters
+    ----------
+    path
+        The file.
+    edges
+        Edge id to edge.
+    position_m
+        Junction id to its place.
+    connections
+        All ways of vehicles.
+    logics
+        The used program of every controller, in the file's order.
+    foes, response
+        (junction, row) to the rows that cross it, and to those that it gives way to.
+    """
+
+    path: str
+    edges: dict[str, Edge]
+    position_m: dict[str, Point]
+    connections: tuple[Connection, ...]
+    logics: tuple[Logic, ...]
+    foes: dict[tuple[str, int], frozenset[int]]
+    response: dict[tuple[str, int], frozenset[int]]

@@ -1,0 +1,214 @@
+"""Actions of one controller: from its program's stages, or derived from conflicts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from dmil.network.model import Program, Stage
+from dmil.network.sumo.cliques import conflict_free_phases
+from dmil.network.sumo.net_records import Logic
+from dmil.network.sumo.ways import Pairs, Ways
+
+NEMA = "NEMA"
+"""Type of programs whose stages run in parallel rings: no plan of one stage after the other."""
+
+Links = tuple[tuple[int, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """The phases of one intersection, and its own program in their terms (ours).
+
+    Parameters
+    ----------
+    phases, states
+        Movements of every phase, and its state string.
+    unsignalled
+        Movements that may always go.
+    program
+        The file's program, None where it is no sequence of stages or has no green.
+    clearance_s
+        Longest run of stages between two actions.
+    added
+        Movements that the program never serves; phases were added for them.
+    derived
+        Whether the phases are derived.
+    """
+
+    phases: tuple[frozenset[int], ...]
+    states: tuple[str, ...]
+    unsignalled: frozenset[int]
+    program: Program | None
+    clearance_s: float
+    added: frozenset[int] = frozenset()
+    derived: bool = False
+
+
+def going(state: str, links: Links, letters: str) -> frozenset[int]:
+    """Return the movements one of whose links shows one of the letters (ours).
+
+    Parameters
+    ----------
+    state
+        A state string.
+    links
+        For every movement its indices into it.
+    letters
+        The letters looked for, such as ``"Gg"``.
+    """
+    return frozenset(j for j, own in enumerate(links) if any(state[k] in letters for k in own))
+
+
+def is_action(state: str, links: Links) -> bool:
+    """Whether a stage gives green to vehicles and lets none of them clear (ours).
+
+    Parameters
+    ----------
+    state
+        Its state string.
+    links
+        For every movement its indices into it.
+    """
+    return bool(going(state, links, "Gg")) and not going(state, links, "yu")
+
+
+def plan_of(logic: Logic, ways: Ways, links: Links, conflicts: Pairs, *, derive: bool) -> Plan:
+    """Find the actions of a controller (ours).
+
+    An action is a stage in which vehicles have green and none has yellow; stages that serve the
+    same movements are one. A movement that may go in all of several actions, be it after a stop
+    (right turn on red), is unsignalled, unless an action would then be empty; and so is one with a
+    lane that no signal controls.
+
+    Parameters
+    ----------
+    logic
+        The controller's program.
+    ways
+        Its movements.
+    links
+        For every movement its indices into the state strings.
+    conflicts
+        Pairs of movements that cross.
+    derive
+        Whether to leave the program's stages aside.
+    """
+    open_ = frozenset(
+        j
+        for j, group in enumerate(ways.connections)
+        if any(way.signal != logic.id for way in group)
+    )
+    states = [stage.state for stage in logic.stages]
+    actions = [s for s in states if is_action(s, links) and going(s, links, "Gg") - open_]
+    green = frozenset().union(*(going(state, links, "Gg") for state in actions))
+
+    def served(state: str) -> frozenset[int]:
+        # Where the letter for a turn on red is the best that a movement ever gets, it is its green.
+        return going(state, links, "Gg") | (going(state, links, "soO") - green)
+
+    if derive or not actions or logic.kind == NEMA:
+        phases, strings, unsignalled = _derived(logic, ways, links, conflicts, open_)
+        added: frozenset[int] = frozenset()
+        derived = True
+    else:
+        always = frozenset.intersection(*(going(state, links, "GgsoO") for state in actions))
+        different = {served(state) - open_ for state in actions}
+        # A left turn that yields in one stage and has the second to itself needs its signal: it
+        # may be unsignalled only where every action serves somebody else too.
+        free = len(different) > 1 and all(phase - always for phase in different)
+        unsignalled = open_ | always if free else open_
+        first: dict[frozenset[int], str] = {}
+        for state in actions:
+            first.setdefault(served(state) - unsignalled, state)
+        added = frozenset(range(len(links))) - unsignalled - frozenset().union(*first)
+        for phase in _without_conflict(ways, conflicts, unsignalled, need=added):
+            first[phase] = _state(phase, links, actions[0].replace("G", "g"), keep=unsignalled)
+        phases, strings, derived = tuple(first), tuple(first.values()), False
+    stages = tuple(
+        Stage(stage.duration_s, served(stage.state) - unsignalled)
+        for stage in logic.stages
+        if stage.duration_s > 0
+    )
+    usable = logic.kind != NEMA and any(stage.green for stage in stages)
+    return Plan(
+        phases,
+        strings,
+        unsignalled,
+        Program(stages, logic.offset_s) if usable else None,
+        _clearance_s(logic, links) if len(phases) > 1 else 0.0,
+        added,
+        derived,
+    )
+
+
+def _derived(
+    logic: Logic, ways: Ways, links: Links, conflicts: Pairs, open_: frozenset[int]
+) -> tuple[tuple[frozenset[int], ...], tuple[str, ...], frozenset[int]]:
+    phases = _without_conflict(ways, conflicts, open_)
+    unsignalled = open_
+    if len(phases) > 1:
+        # Who is in all of them crosses nobody.
+        always = frozenset.intersection(*phases)
+        phases = tuple(phase - always for phase in phases)
+        unsignalled |= always
+    size = max(len(stage.state) for stage in logic.stages)
+    shown = _state(unsignalled - open_, links, "g" * size, keep=open_)
+    return (
+        phases,
+        tuple(_state(phase, links, shown, keep=unsignalled) for phase in phases),
+        unsignalled,
+    )
+
+
+def _without_conflict(
+    ways: Ways, conflicts: Pairs, unsignalled: frozenset[int], need: frozenset[int] | None = None
+) -> tuple[frozenset[int], ...]:
+    wanted = frozenset(range(len(ways.movements))) - unsignalled
+    return conflict_free_phases(ways.movements, conflicts, wanted, need=need)
+
+
+def _state(phase: frozenset[int], links: Links, shown: str, *, keep: frozenset[int]) -> str:
+    """Return a state string: green for the phase, the letters shown for ``keep``, else red."""
+    letters = ["r"] * len(shown)
+    for j in sorted(keep):
+        for k in links[j]:
+            letters[k] = shown[k]
+    for j in sorted(phase):
+        for k in links[j]:
+            letters[k] = "G"
+    return "".join(letters)
+
+
+def _clearance_s(logic: Logic, links: Links) -> float:
+    """Return the longest time between two actions; a green for pedestrians is no clearance."""
+    kinds: list[str] = []
+    for stage in logic.stages:
+        if is_action(stage.state, links):
+            kinds.append("action")
+        else:
+            kinds.append("others" if others_go(stage.state, links) else "clearance")
+    if "action" not in kinds:
+        return 0.0
+    begin = kinds.index("action")
+    longest = run = 0.0
+    for step in range(len(kinds)):
+        index = (begin + step) % len(kinds)
+        run = run + logic.stages[index].duration_s if kinds[index] == "clearance" else 0.0
+        longest = max(longest, run)
+    return longest
+
+
+def others_go(state: str, links: Sequence[tuple[int, ...]]) -> bool:
+    """Whether nobody but pedestrians or others who are no vehicles may go (ours).
+
+    Parameters
+    ----------
+    state
+        A state string.
+    links
+        For every movement its indices into it.
+    """
+    mine = {k for own in links for k in own}
+    vehicles = any(state[k] in "Ggyu" for k in mine)
+    return not vehicles and any(letter in "Gg" for k, letter in enumerate(state) if k not in mine)

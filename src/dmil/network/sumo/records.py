@@ -1,0 +1,103 @@
+"""What the reader gives: the network, how its signals are named in SUMO, what is suspicious."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from dmil.network.model import RoadNetwork
+
+RemarkKind = Literal[
+    "no-vehicles",
+    "two-controllers",
+    "several-programs",
+    "no-action",
+    "single-action",
+    "never-served",
+    "empty-stage",
+    "pedestrian-stage",
+    "missing-yellow",
+    "conflicting-greens",
+    "stage-order",
+    "no-right-of-way",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Remark:
+    """Something that can be read, but that a user should know of (ours).
+
+    Parameters
+    ----------
+    kind
+        What it is about, one word for all of its sort:
+
+        - ``no-vehicles``: a controller of no vehicle; it is left out.
+        - ``two-controllers``: a junction under two controllers; what the lesser one controls may
+          always go.
+        - ``several-programs``: the last one is used, as SUMO does.
+        - ``no-action``: no stage of the program gives green; the phases are derived instead.
+        - ``single-action``: there is nothing to choose.
+        - ``never-served``: a movement that no action serves; phases are added for it.
+        - ``empty-stage``: a long stage in which nothing goes.
+        - ``pedestrian-stage``: a stage in which only those go who are no vehicles; no action
+          shows it.
+        - ``missing-yellow``: a green turns red at once.
+        - ``conflicting-greens``: two crossing lanes have the right of way at the same time.
+        - ``stage-order``: stages that do not follow each other in the file's order.
+        - ``no-right-of-way``: the junction's matrix of right of way is missing; roads are taken to
+          conflict with each other.
+    where
+        File and place in it.
+    text
+        What was found.
+    mend
+        What to do about it.
+    """
+
+    kind: RemarkKind
+    where: str
+    text: str
+    mend: str
+
+
+@dataclass(frozen=True, slots=True)
+class SumoSignals:
+    """How the phases of one intersection are shown in SUMO (ours).
+
+    Parameters
+    ----------
+    id
+        Id of the ``tlLogic``; the intersection's id too.
+    states
+        SUMO's state string of every phase, with the letters of the file.
+    links
+        For every movement its indices into these strings; none if no signal controls it.
+    """
+
+    id: str
+    states: tuple[str, ...]
+    links: tuple[tuple[int, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SumoNetwork:
+    """A road network together with what is needed to drive it in SUMO (ours).
+
+    Parameters
+    ----------
+    path
+        The file.
+    network
+        What was read.
+    signals
+        One per intersection, in their order.
+    remarks
+        What is suspicious about the file, in the order of its signals.
+    """
+
+    path: Path
+    network: RoadNetwork
+    signals: tuple[SumoSignals, ...]
+    remarks: tuple[Remark, ...] = ()

@@ -1,0 +1,140 @@
+"""What is suspicious about a controller and its program: readable, but a user should know."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+
+from dmil.network.sumo.net_records import Logic, NetFile
+from dmil.network.sumo.plan import Links, Plan, going, is_action, others_go
+from dmil.network.sumo.records import Remark
+from dmil.network.sumo.ways import Ways
+
+LONGEST_ALL_RED_S = 10.0
+"""A stage without green that lasts longer is hardly a clearance (ours)."""
+
+
+def remarks_on(
+    logic: Logic, ways: Ways, links: Links, plan: Plan, file: NetFile
+) -> Iterator[Remark]:
+    """Look for what is suspicious about one controller (ours).
+
+    Parameters
+    ----------
+    logic
+        Its program.
+    ways
+        Its movements.
+    links
+        For every movement its indices into the state strings.
+    plan
+        What was made of it.
+    file
+        The file.
+    """
+    place = f"{file.path}: tlLogic {logic.id}"
+    if len(logic.programs) > 1:
+        yield Remark(
+            "several-programs",
+            place,
+            f"it has the programs {', '.join(logic.programs)}; the last one is used, as in SUMO",
+            "remove the others, or put the one you want last",
+        )
+    if not any(is_action(stage.state, links) for stage in logic.stages):
+        yield Remark(
+            "no-action",
+            place,
+            f"no stage of its program ({logic.kind}) gives green to vehicles; its phases are "
+            "derived from the conflicts between its movements",
+            "give the program a stage with G or g",
+        )
+    elif not plan.derived and len(plan.phases) == 1:
+        yield Remark(
+            "single-action",
+            place,
+            "vehicles have only one phase; there is nothing to choose",
+            'read the network with phases="derived", or leave it as it is at a pedestrian crossing',
+        )
+    for j in sorted(plan.added):
+        movement = ways.movements[j]
+        yield Remark(
+            "never-served",
+            place,
+            f"no action of its program serves the movement from {movement.from_link} to "
+            f"{movement.to_link}; a phase was added for it, but in its own program nobody can go",
+            "give it green in a stage without yellow, or remove the connection",
+        )
+    yield from _on_stages(logic, links, place)
+    yield from _on_greens(logic, ways, file, place)
+
+
+def _on_stages(logic: Logic, links: Links, place: str) -> Iterator[Remark]:
+    mine = sorted({k for own in links for k in own})
+    count = len(logic.stages)
+    for index, stage in enumerate(logic.stages):
+        where = f"{place}, stage {index}"
+        if others_go(stage.state, links):
+            yield Remark(
+                "pedestrian-stage",
+                where,
+                f"in {stage.state} only pedestrians or others who are no vehicles go, for "
+                f"{stage.duration_s:g} s; no phase shows it",
+                "give them green together with vehicles that they do not cross",
+            )
+        elif not going(stage.state, links, "GgyusoO") and stage.duration_s > LONGEST_ALL_RED_S:
+            yield Remark(
+                "empty-stage",
+                where,
+                f"in {stage.state} nobody goes for {stage.duration_s:g} s",
+                "shorten it to the all-red time that is needed",
+            )
+        if any(following != (index + 1) % count for following in stage.after):
+            yield Remark(
+                "stage-order",
+                where,
+                f"it is followed by stages {', '.join(map(str, stage.after))}, not by the next "
+                "one; as a fixed-time plan the stages are taken in the file's order",
+                "remove the attribute next, or know that the plan differs from SUMO's",
+            )
+        following_state = logic.stages[(index + 1) % count].state
+        cut = [k for k in mine if stage.state[k] in "Gg" and following_state[k] == "r"]
+        if cut:
+            yield Remark(
+                "missing-yellow",
+                where,
+                f"green turns red at once: {stage.state} is followed by {following_state} "
+                f"(letters {', '.join(map(str, cut))})",
+                "put a stage with y between them; where a controller decides, its timing does so",
+            )
+
+
+def _on_greens(logic: Logic, ways: Ways, file: NetFile, place: str) -> Iterator[Remark]:
+    rows = {
+        (way.junction, way.row): way
+        for group in ways.connections
+        for way in group
+        if way.signal == logic.id
+    }
+    pairs = [
+        (one, other)
+        for (key, one), (key_, other) in combinations(rows.items(), 2)
+        if key[0] == key_[0] and key_[1] in file.foes.get(key, ())
+    ]
+    for state in dict.fromkeys(stage.state for stage in logic.stages):
+        clash = [
+            (one, other)
+            for one, other in pairs
+            if state[one.letter] == state[other.letter] == "G"
+            and (one.from_edge, one.to_edge) != (other.from_edge, other.to_edge)
+        ]
+        if clash:
+            one, other = clash[0]
+            more = f", and {len(clash) - 1} more pairs" if len(clash) > 1 else ""
+            yield Remark(
+                "conflicting-greens",
+                place,
+                f"in {state} the ways {one.from_edge} to {one.to_edge} (letter {one.letter}) and "
+                f"{other.from_edge} to {other.to_edge} (letter {other.letter}) cross and both "
+                f"have the right of way{more}",
+                "write g for the one that yields, or r",
+            )

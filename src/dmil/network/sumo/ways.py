@@ -1,0 +1,204 @@
+"""Movements at one node: connections of lanes put together, ordered, with their right of way."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from dmil.network.model import TURNS, Movement, Turn
+from dmil.network.naming import approach_names, order_counter_clockwise
+from dmil.network.sumo.net_records import Connection, Edge, NetFile, Point
+
+_TURN: dict[str, Turn] = {
+    "r": "right",
+    "R": "right",
+    "s": "straight",
+    "l": "left",
+    "L": "left",
+    "t": "uturn",
+    "T": "uturn",
+}
+_LOOK_M = 20.0
+"""How far along a road its direction is taken: the last metres of a real one may be crooked."""
+
+Pairs = frozenset[tuple[int, int]]
+
+
+@dataclass(frozen=True, slots=True)
+class Ways:
+    """The movements at a node (ours).
+
+    Parameters
+    ----------
+    movements
+        In an intersection's order.
+    connections
+        For every movement the connections of lanes that it consists of.
+    sides
+        Name of every approach.
+    """
+
+    movements: tuple[Movement, ...]
+    connections: tuple[tuple[Connection, ...], ...]
+    sides: tuple[str, ...]
+
+
+def ways_at(connections: Iterable[Connection], edges: dict[str, Edge]) -> Ways:
+    """Put the connections at a node together to movements and order them (ours).
+
+    Parameters
+    ----------
+    connections
+        Those at the node's junctions.
+    edges
+        All edges by id.
+    """
+    joined: dict[tuple[str, str], list[Connection]] = {}
+    for way in connections:
+        joined.setdefault((way.from_edge, way.to_edge), []).append(way)
+    origin = {name: _heading(edges[name].shape[::-1]) for name, _ in joined}
+    approaches = order_counter_clockwise(origin)
+    number = {name: index for index, name in enumerate(approaches)}
+    turn = {pair: _turn(ways) for pair, ways in joined.items()}
+
+    def place(pair: tuple[str, str]) -> tuple[int, int, float, str]:
+        # Of several exits of one turn, the one furthest to the right comes first.
+        towards = (_heading(edges[pair[1]].shape) - origin[pair[0]]) % (2 * math.pi)
+        return number[pair[0]], TURNS.index(turn[pair]), round(towards, 9), pair[1]
+
+    order = sorted(joined, key=place)
+    return Ways(
+        tuple(
+            Movement(
+                *pair,
+                turn[pair],
+                number[pair[0]],
+                tuple(sorted({way.lane for way in joined[pair]})),
+            )
+            for pair in order
+        ),
+        tuple(tuple(joined[pair]) for pair in order),
+        approach_names([origin[name] for name in approaches]),
+    )
+
+
+def crossing(ways: Ways, file: NetFile) -> tuple[Pairs, bool]:
+    """Find the movements whose paths cross, from the junctions' ``foes`` (ours).
+
+    Returns
+    -------
+    frozenset of tuple
+        Pairs (i, j), i < j. Where a matrix is missing, roads conflict with each other.
+    bool
+        Whether all matrices are there.
+    """
+    complete = all(
+        (way.junction, way.row) in file.foes for group in ways.connections for way in group
+    )
+    found = {(min(pair), max(pair)) for pair in _related(ways, file.foes)}
+    if not complete:
+        found |= {
+            (i, j)
+            for j, movement in enumerate(ways.movements)
+            for i in range(j)
+            if ways.movements[i].approach != movement.approach
+        }
+    return frozenset(found), complete
+
+
+def gives_way(
+    ways: Ways, file: NetFile, signal: str, states: Iterable[str]
+) -> tuple[tuple[int, ...], ...]:
+    """Find to whom every movement yields, from the junctions' ``response`` (ours).
+
+    As in SUMO, who has ``G`` yields to nobody; who has ``g``, a letter for a turn on red, or no
+    signal yields to those that the matrix names, if they may go at the same time.
+
+    Parameters
+    ----------
+    ways
+        The movements.
+    file
+        The file.
+    signal
+        The controller.
+    states
+        All states that it can show.
+
+    Returns
+    -------
+    tuple of tuple
+        For every movement the others. Nobody yields in a circle: where the matrix has one, only
+        those who yield to more others yield to those who yield to fewer.
+    """
+    shown = {
+        (way.junction, way.row): way.letter if way.signal == signal else None
+        for group in ways.connections
+        for way in group
+    }
+    response: dict[tuple[str, int], frozenset[int]] = {}
+    for state in dict.fromkeys(states):
+        letters = {row: "-" if k is None else state[k] for row, k in shown.items()}
+        for row, letter in letters.items():
+            if letter in "gso-":
+                others = (k for k in file.response.get(row, ()) if (row[0], k) in letters)
+                now = {k for k in others if letters[row[0], k] in "GgsoO-"}
+                response[row] = response.get(row, frozenset()) | now
+    yields: list[set[int]] = [set() for _ in ways.movements]
+    for i, j in _related(ways, response):
+        yields[i].add(j)
+    reaches = [_reached(i, yields) for i in range(len(yields))]
+    return tuple(
+        tuple(sorted(k for k in foes if i not in reaches[k] or len(foes) > len(yields[k])))
+        for i, foes in enumerate(yields)
+    )
+
+
+def _reached(start: int, yields: list[set[int]]) -> set[int]:
+    found: set[int] = set()
+    left = [start]
+    while left:
+        new = yields[left.pop()] - found
+        found |= new
+        left += new
+    return found
+
+
+def _related(ways: Ways, matrix: dict[tuple[str, int], frozenset[int]]) -> set[tuple[int, int]]:
+    movement_of = {
+        (way.junction, way.row): index
+        for index, group in enumerate(ways.connections)
+        for way in group
+    }
+    found = {
+        (index, movement_of.get((junction, other), index))
+        for (junction, row), index in movement_of.items()
+        for other in matrix.get((junction, row), ())
+    }
+    return {(i, j) for i, j in found if i != j}
+
+
+def _turn(ways: list[Connection]) -> Turn:
+    """Return the turn of most lanes; directions that SUMO does not know count as straight."""
+    turns = Counter(_TURN.get(way.direction, "straight") for way in ways)
+    return max(TURNS, key=lambda turn: turns[turn])
+
+
+def _heading(shape: tuple[Point, ...]) -> float:
+    """Return the angle, counter-clockwise from East, in which a line begins."""
+    if not shape:
+        return 0.0
+    here, end, left_m = shape[0], shape[0], _LOOK_M
+    for point in shape[1:]:
+        step_m = math.dist(end, point)
+        if step_m >= left_m:
+            share = left_m / step_m
+            end = (
+                end[0] + share * (point[0] - end[0]),
+                end[1] + share * (point[1] - end[1]),
+            )
+            break
+        end, left_m = point, left_m - step_m
+    return math.atan2(end[1] - here[1], end[0] - here[0])
