@@ -8,7 +8,7 @@ from itertools import groupby, islice
 from dmil.network.model import Movement
 
 MOST_PHASES = 16
-_MOST_SETS = 4096
+_MOST_SETS = 1024
 """Several junctions under one controller multiply their sets; the first ones are enough."""
 
 
@@ -22,8 +22,8 @@ def conflict_free_phases(
     """Choose sets of movements that may go together and need no yielding (ours).
 
     A set is as large as it can be. It opens a lane if it serves all movements of that lane: on a
-    shared lane one vehicle that may not go stops all behind it. Right turns ride along: sets that
-    open most other lanes come first, and a set is left out if another one opens the same ones and
+    shared lane one vehicle that may not go stops all behind it. Right turns and u-turns ride
+    along: sets that open most lanes of others come first, and a set is left out if another one opens the same ones and
     more, unless a movement needs it. Equal sets are taken together or not at all, so that a
     symmetric intersection gets symmetric phases.
 
@@ -52,45 +52,49 @@ def conflict_free_phases(
         for lane in movements[i].lanes:
             uses.setdefault((movements[i].from_link, lane), set()).add(i)
     main = {
-        lane for lane, users in uses.items() if any(movements[i].turn != "right" for i in users)
+        lane
+        for lane, users in uses.items()
+        if any(movements[i].turn in ("straight", "left") for i in users)
     }
 
     def open_lanes(served: frozenset[int]) -> set[tuple[str, int]]:
         return {lane for lane in main if uses[lane] <= served}
 
-    def worth(served: frozenset[int]) -> tuple[int, int]:
-        return len(open_lanes(served)), sum(len(movements[i].lanes) for i in served)
-
     found = set(islice(_maximal(set(), set(wanted), set(), friends), _MOST_SETS))
-    found |= {_grown(i, movements, friends) for i in wanted}
-    sets = sorted(found, key=lambda served: (*(-number for number in worth(served)), *served))
-    chosen = _cover(sets, wanted if need is None else need)
+    opens = {served: open_lanes(served) for served in found}
+    worth = {s: (len(opens[s]), sum(len(movements[i].lanes) for i in s)) for s in found}
+    sets = sorted(found, key=lambda served: (*(-number for number in worth[served]), *served))
+    chosen = _cover(sets, wanted if need is None else need, friends)
     if need is None:
-        best = [s for s in sets if not any(open_lanes(s) < open_lanes(other) for other in sets)]
-        for _, equal in groupby(best, key=worth):
+        best = [s for s in sets if not any(opens[s] < opens[other] for other in sets)]
+        for _, equal in groupby(best, key=worth.__getitem__):
             new = [served for served in equal if served not in chosen]
             if len(chosen) + len(new) > MOST_PHASES:
                 break
             chosen += new
-    return tuple(sorted(chosen, key=sets.index))
+    order = {served: index for index, served in enumerate(sets)}
+    return tuple(sorted(chosen, key=lambda served: (order.get(served, len(order)), *served)))
 
 
-def _cover(sets: list[frozenset[int]], need: frozenset[int]) -> list[frozenset[int]]:
+def _cover(
+    sets: list[frozenset[int]], need: frozenset[int], friends: dict[int, set[int]]
+) -> list[frozenset[int]]:
+    """Return few sets that have all the needed movements; of equally good ones the first."""
     chosen: list[frozenset[int]] = []
     while need:
-        best = max(sets, key=lambda served: len(served & need))  # of equal ones the first
+        # The sets may be the first of too many: one grown around what is missing may be better.
+        best = max((*sets, _grown(need, friends)), key=lambda served: len(served & need))
         chosen.append(best)
         need -= best
     return chosen
 
 
-def _grown(
-    seed: int, movements: Sequence[Movement], friends: dict[int, set[int]]
-) -> frozenset[int]:
-    """Return one largest set around a movement, taking those with most lanes first."""
-    served, left = {seed}, set(friends[seed])
+def _grown(need: frozenset[int], friends: dict[int, set[int]]) -> frozenset[int]:
+    """Return one largest set, taking the needed ones first, those with fewest conflicts first."""
+    served: set[int] = set()
+    left = set(friends)
     while left:
-        best = min(left, key=lambda i: (-len(movements[i].lanes), i))
+        best = min(left, key=lambda i: (i not in need, -len(friends[i]), i))
         served.add(best)
         left &= friends[best]
     return frozenset(served)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import combinations
 
 from dmil.network.sumo.net_records import Logic, NetFile
-from dmil.network.sumo.plan import Links, Plan, going, is_action, others_go
+from dmil.network.sumo.plan import NEMA, Links, Plan, going, is_action, others_go
 from dmil.network.sumo.records import Remark
 from dmil.network.sumo.ways import Ways
 
@@ -40,7 +40,16 @@ def remarks_on(
             f"it has the programs {', '.join(logic.programs)}; the last one is used, as in SUMO",
             "remove the others, or put the one you want last",
         )
-    if not any(is_action(stage.state, links) for stage in logic.stages):
+    rings = logic.kind == NEMA
+    if rings:
+        yield Remark(
+            "stage-order",
+            place,
+            "its stages run in parallel rings (NEMA), so it has no plan of one stage after the "
+            "other; its phases are derived from the conflicts between its movements",
+            "give it a static program, if its plan is wanted",
+        )
+    elif not any(is_action(stage.state, links) for stage in logic.stages):
         yield Remark(
             "no-action",
             place,
@@ -64,7 +73,8 @@ def remarks_on(
             f"{movement.to_link}; a phase was added for it, but in its own program nobody can go",
             "give it green in a stage without yellow, or remove the connection",
         )
-    yield from _on_stages(logic, links, place)
+    if not rings:
+        yield from _on_stages(logic, links, place)
     yield from _on_greens(logic, ways, file, place)
 
 
