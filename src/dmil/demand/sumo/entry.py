@@ -1,0 +1,118 @@
+"""One element of a file: its attributes as numbers and times, with errors that name the place."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from xml.etree.ElementTree import Element
+
+from dmil.errors import DemandError
+from dmil.network.xml_file import XmlPlace
+
+LAST_S = 10**8
+"""Latest time that a file may name, three years after its beginning."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A vehicle, trip, flow, route or type as it stands in a file (ours).
+
+    Parameters
+    ----------
+    place
+        Where it begins.
+    element
+        The element with its children.
+    """
+
+    place: XmlPlace
+    element: Element
+
+    @property
+    def id(self) -> str:
+        """Its id, which may be empty."""
+        return self.element.get("id", "")
+
+    def get(self, name: str) -> str | None:
+        """Return an attribute as text, None if it is not there."""
+        return self.element.get(name)
+
+    def error(
+        self, problem: str, *, expected: str | None = None, mend: str | None = None
+    ) -> DemandError:
+        """Make an error that names the file, the place in it and the element."""
+        where = f"{self.place}: {self.element.tag} '{self.id}'"
+        return DemandError(problem, where=where, expected=expected, mend=mend)
+
+    def required(self, name: str) -> str:
+        """Return an attribute that must be there.
+
+        Raises
+        ------
+        DemandError
+            If it is missing or empty.
+        """
+        text = self.element.get(name)
+        if not text:
+            raise self.error(f"its attribute '{name}' is missing", mend=f'add {name}="…"')
+        return text
+
+    def number(self, name: str, *, least: float = 0.0, most: float = math.inf) -> float:
+        """Return an attribute as a finite number.
+
+        Raises
+        ------
+        DemandError
+            If it is missing, no number, or not from ``least`` to ``most``.
+        """
+        text = self.required(name)
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not (math.isfinite(value) and least <= value <= most):
+            limits = f"of {least:g} or more" if most == math.inf else f"from {least:g} to {most:g}"
+            raise self.error(f"{name} is '{text}'", expected=f"a number {limits}")
+        return value
+
+    def seconds(self, name: str, default: float | None = None) -> float | None:
+        """Return an attribute as a time in seconds, a default if it is missing.
+
+        Raises
+        ------
+        DemandError
+            If it is no time.
+        """
+        text = self.element.get(name)
+        if text is None:
+            return default
+        value = seconds_of(text)
+        if value is None or not 0 <= value <= LAST_S:
+            raise self.error(
+                f"{name} is '{text}'",
+                expected=f"seconds from 0 to {LAST_S:,}, or hours:minutes:seconds",
+            )
+        return value
+
+
+def seconds_of(text: str) -> float | None:
+    """Return a time as SUMO writes it in seconds, rounded to ms as SUMO does (SUMO docs: Time).
+
+    Parameters
+    ----------
+    text
+        Such as ``25200``, ``7:00:00`` or ``1:00:00:00`` (days first).
+
+    Returns
+    -------
+    float or None
+        None if it is no time.
+    """
+    try:
+        parts = [float(part) for part in text.split(":")]
+    except ValueError:
+        return None
+    if len(parts) not in (1, 3, 4) or not all(map(math.isfinite, parts)):
+        return None
+    weights = (86400, 3600, 60, 1)[-len(parts) :]
+    return round(sum(part * weight for part, weight in zip(parts, weights, strict=True)), 3)

@@ -1,0 +1,298 @@
+"""Reader of SUMO's route files and of the vehicle types and routes in additional files."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from dmil.demand.recorded import FileDemand, in_order
+from dmil.demand.sumo.demand import Stream, SumoDemand
+from dmil.demand.sumo.departures import (
+    Drawn,
+    Listed,
+    Window,
+    departure_of_vehicle,
+    departures_of_flow,
+)
+from dmil.demand.sumo.entry import Entry
+from dmil.demand.sumo.remarks import DemandRemark, Remarks
+from dmil.demand.sumo.types import VehicleTypes
+from dmil.demand.sumo.ways import Unusable, Ways
+from dmil.errors import DemandError
+from dmil.network import RoadNetwork
+from dmil.network.xml_file import iter_elements
+
+VEHICLES = ("vehicle", "trip", "flow")
+ANOTHER_NETWORK = 0.9
+"""Share of vehicles on unknown edges from which on the files belong to another network."""
+
+_KEPT = (
+    "type",
+    "color",
+    "line",
+    "departLane",
+    "departPos",
+    "departPosLat",
+    "departSpeed",
+    "arrivalLane",
+    "arrivalPos",
+    "arrivalPosLat",
+    "arrivalSpeed",
+    "speedFactor",
+    "insertionChecks",
+)
+_COUNTED = {
+    "person": "person",
+    "personFlow": "person",
+    "container": "person",
+    "containerFlow": "person",
+    "tlLogic": "signal-program",
+    "rerouter": "device",
+    "variableSpeedSign": "device",
+    "calibrator": "device",
+    "include": "include",
+}
+_READ = (*VEHICLES, "vType", "vTypeDistribution", "route", "routeDistribution", *_COUNTED)
+
+
+def read_sumo_routes(
+    paths: str | Path | Sequence[str | Path],
+    network: RoadNetwork,
+    *,
+    additional: Sequence[str | Path] = (),
+    begin_s: float = 0.0,
+    end_s: float | None = None,
+) -> SumoDemand:
+    """Read the vehicles, trips and flows of SUMO's route files (ours).
+
+    Trips, and flows that only say from where to where, drive the way that is fastest at free flow.
+    Times are those of SUMO, departures are rounded up to whole seconds after ``begin_s``. Vehicles
+    that the network has no way for are left out; the demand's remarks count them and whatever else
+    is not as in SUMO.
+
+    Parameters
+    ----------
+    paths
+        Route files (``.rou.xml``, ``.trips.xml``, ``.flows.xml``), gzipped or not.
+    network
+        The roads, from `dmil.network.sumo.read_sumo_network`.
+    additional
+        Files with further vehicle types and routes, read first.
+    begin_s
+        SUMO's time at which a run begins: it is second 0 of the demand.
+    end_s
+        SUMO's time at which it ends; needed if a flow has no end.
+
+    Raises
+    ------
+    DemandError
+        If a file is missing, cut off, not XML or of another kind, says what SUMO would refuse,
+        belongs to another network, or no vehicle is left that departs in time and can be driven.
+
+    Notes
+    -----
+    SUMO looks for the fastest way of a trip when it departs, with small penalties for crossings
+    without right of way, and refuses to run if a vehicle cannot be driven.
+    """
+    files = [paths] if isinstance(paths, str | Path) else list(paths)
+    reading = _Reading(network, Window(begin_s, end_s))
+    for path in additional:
+        reading.read(path, in_order=False)
+    for path in files:
+        reading.read(path, in_order=True)
+    return reading.demand(", ".join(map(str, files)))
+
+
+class _Reading:
+    """The state of one reading: what was defined, what departs, what was left out."""
+
+    def __init__(self, network: RoadNetwork, window: Window) -> None:
+        self._network = network
+        self._window = window
+        self._types = VehicleTypes()
+        self._ways = Ways(network)
+        self._remarks = Remarks()
+        self._ids: set[str] = set()
+        self._kinds: dict[tuple[tuple[str, str], ...], int] = {}
+        self._depart_s: list[float] = []
+        self._routes: list[tuple[int, ...]] = []
+        self._kind: list[int] = []
+        self._streams: list[Stream] = []
+        self._total_veh = 0
+        self._unknown_veh = 0
+        self._unknown: tuple[Entry, str] | None = None
+        self._first_s = math.inf
+        self._veh_of_space_m: defaultdict[float, float] = defaultdict(float)
+
+    def read(self, path: str | Path, *, in_order: bool) -> None:
+        """Take up all that a file defines; of a route file SUMO takes vehicles in order only."""
+        latest_s = -math.inf
+        roots = ("routes", "additional")
+        for place, element in iter_elements(path, _READ, root=roots, error=DemandError):
+            entry = Entry(place, element)
+            if element.tag in VEHICLES:
+                departures = self._departures(entry)
+                if departures is None:
+                    continue
+                if in_order and departures.first_s < latest_s:
+                    self._leave_out(entry, "unsorted", departures)
+                    continue
+                latest_s = max(latest_s, departures.first_s if departures.mean_veh else latest_s)
+                self._take(entry, departures)
+            elif element.tag in ("vType", "vTypeDistribution"):
+                self._types.define(entry)
+            elif element.tag in ("route", "routeDistribution"):
+                self._ways.define(entry)
+            else:
+                self._remarks.add(_COUNTED[element.tag], entry.id or entry.get("href") or "")
+
+    def _departures(self, entry: Entry) -> Listed | Drawn | None:
+        name = entry.required("id")
+        if name in self._ids:
+            raise entry.error("there is another vehicle of this id", mend="rename one of them")
+        self._ids.add(name)
+        find = departures_of_flow if entry.element.tag == "flow" else departure_of_vehicle
+        found = find(entry, self._window)
+        if found is None:
+            self._leave_out(entry, "no-fixed-departure", None)
+        return found
+
+    def _take(self, entry: Entry, departures: Listed | Drawn) -> None:
+        """Take up a vehicle, trip or flow as far as it departs in time and can be driven."""
+        vehicle_type = self._types.of(entry)
+        if not vehicle_type.road:
+            self._leave_out(entry, "no-road-vehicle", departures)
+            return
+        choice = self._ways.of(entry)
+        self._total_veh += _count(departures)
+        if isinstance(choice, Unusable):
+            if choice.kind == "unknown-road":
+                self._unknown_veh += _count(departures)
+                self._unknown = self._unknown or (entry, choice.road)
+            self._leave_out(entry, choice.kind, departures, choice.road)
+            return
+        if departures.mean_veh:
+            self._first_s = min(self._first_s, departures.first_s)
+        inside = self._inside(entry, departures)
+        if not inside.mean_veh:
+            return
+        self._note_children(entry)
+        kind = self._kind_of(entry)
+        self._veh_of_space_m[vehicle_type.space_m] += inside.mean_veh
+        if isinstance(inside, Drawn) or len(choice) > 1:
+            self._streams.append(Stream(inside, choice, kind))
+            return
+        self._depart_s.extend(inside.depart_s)
+        self._routes.extend([choice[0][0]] * len(inside.depart_s))
+        self._kind.extend([kind] * len(inside.depart_s))
+
+    def _inside(self, entry: Entry, departures: Listed | Drawn) -> Listed | Drawn:
+        """Leave out the departures before the beginning and those at or after the end."""
+        begin_s, end_s = self._window.begin_s, self._window.end_s
+        end_s = math.inf if end_s is None else end_s
+        if isinstance(departures, Drawn):
+            return self._inside_drawn(entry, departures, end_s)
+        times = departures.depart_s
+        early, late = times < begin_s, np.ceil(times - begin_s) + begin_s >= end_s
+        self._remarks.add("before-begin", entry.id, int(np.sum(early)))
+        self._remarks.add("after-end", entry.id, int(np.sum(late)))
+        return Listed(times[~(early | late)])
+
+    def _inside_drawn(self, entry: Entry, departures: Drawn, end_s: float) -> Drawn | Listed:
+        begin_s = self._window.begin_s
+        for kind, outside in (
+            ("before-begin", departures.number is None and departures.end_s <= begin_s),
+            ("after-end", departures.begin_s >= end_s),
+        ):
+            if outside:
+                self._remarks.add(kind, entry.id)
+                return Listed(np.zeros(0))
+        if departures.number is not None:
+            return departures
+        # Neither kind of process remembers what was before the beginning.
+        first_s, last_s = max(departures.begin_s, begin_s), min(departures.end_s, end_s)
+        return replace(departures, begin_s=first_s, end_s=last_s)
+
+    def _note_children(self, entry: Entry) -> None:
+        for tag, kind in (("stop", "stops"), ("param", "parameters")):
+            if entry.element.find(tag) is not None:
+                self._remarks.add(kind, entry.id)
+        if entry.get("departEdge") or entry.get("arrivalEdge"):
+            self._remarks.add("route-part", entry.id)
+
+    def _kind_of(self, entry: Entry) -> int:
+        given = tuple((name, entry.element.attrib[name]) for name in _KEPT if entry.get(name))
+        return self._kinds.setdefault(given, len(self._kinds))
+
+    def _leave_out(
+        self, entry: Entry, kind: str, departures: Listed | Drawn | None, road: str = ""
+    ) -> None:
+        count = 1 if departures is None else _count(departures)
+        self._remarks.add(kind, entry.id, count, place=road)
+
+    def demand(self, where: str) -> SumoDemand:
+        """Return what was read.
+
+        Raises
+        ------
+        DemandError
+            If nothing is left.
+        """
+        if self._unknown and self._unknown_veh >= ANOTHER_NETWORK * self._total_veh:
+            entry, road = self._unknown
+            raise entry.error(
+                f"it goes over '{road}', which the network '{self._network.name}' does not have "
+                f"for vehicles; so do {self._unknown_veh} of {self._total_veh} vehicles",
+                expected="routes of this network",
+                mend="check that network and routes belong together",
+            )
+        if not self._veh_of_space_m:
+            raise self._empty(where)
+        depart_s = np.ceil(np.round(np.array(self._depart_s) - self._window.begin_s, 3))
+        recorded = in_order(depart_s, self._routes, self._kind)
+        return SumoDemand(
+            recorded=FileDemand(self._network, recorded),
+            streams=tuple(self._streams),
+            begin_s=self._window.begin_s,
+            kinds=tuple(dict(given) for given in self._kinds),
+            vehicle_types_xml=self._types.xml,
+            vehicle_space_m=_mean(self._veh_of_space_m),
+            remarks=self._remarks.all(),
+        )
+
+    def _empty(self, where: str) -> DemandError:
+        begin_s, end_s = self._window.begin_s, self._window.end_s
+        if self._first_s < math.inf:
+            until = "" if end_s is None else f" and before {end_s:g} s"
+            return DemandError(
+                f"no vehicle departs from {begin_s:g} s on{until}",
+                where=where,
+                expected=f"a run that covers departures; the first is at {self._first_s:g} s",
+                mend=f"set the begin to {math.floor(self._first_s)} (--begin)",
+            )
+        reasons = _reasons(self._remarks.all())
+        return DemandError(
+            f"no vehicle is left of {len(self._ids)}{reasons}" if self._ids else "no vehicle",
+            where=where,
+            expected="vehicles, trips or flows that the network has a way for",
+            mend="check that network and routes belong together",
+        )
+
+
+def _count(departures: Listed | Drawn) -> int:
+    """Return how many vehicles a remark counts; a flow that is drawn counts once."""
+    return len(departures.depart_s) if isinstance(departures, Listed) else 1
+
+
+def _mean(weights: Mapping[float, float]) -> float:
+    total = sum(weight * value for value, weight in weights.items())
+    return float(total / sum(weights.values()))
+
+
+def _reasons(remarks: Iterable[DemandRemark]) -> str:
+    return "".join(f"; {each.count} {each.text} ('{each.example}')" for each in remarks)

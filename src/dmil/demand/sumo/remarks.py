@@ -1,0 +1,89 @@
+"""What was left out of SUMO's files, and why: counted by reason, not one line per vehicle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+TEXTS = {
+    "before-begin": "depart before the beginning and are left out, as SUMO does; to have them, "
+    "begin earlier",
+    "after-end": "depart at or after the end and are left out; to have them, run longer",
+    "unsorted": "stand after others that depart later and are left out, as SUMO does; sort the "
+    "file by departure",
+    "unknown-road": "go over an edge or a junction that the network does not have for vehicles and "
+    "are left out; check that network and routes belong together",
+    "no-way": "cannot be driven, since no way of the network leads on, and are left out; correct "
+    "the trips, or the network's connections",
+    "no-fixed-departure": "have no departure in seconds and are left out; give one, since nothing "
+    "here triggers a departure",
+    "no-road-vehicle": "are bicycles, trains, pedestrians and the like and are left out; only road "
+    "vehicles with a motor are simulated",
+    "zone": "begin or end in a zone or at a coordinate and are left out; give edges, for example "
+    "with duarouter",
+    "stops-only": "have stops instead of an edge to go to and are left out; give the edge",
+    "person": "are persons or containers and are left out; only vehicles are simulated",
+    "stops": "have stops, which they do not make: they drive on",
+    "parameters": "have parameters (<param>), which are not used",
+    "route-part": "begin or end within their route (departEdge, arrivalEdge); they drive all of it",
+    "signal-program": "programs of signals outside the network's file are not used; put them into "
+    "the network with netconvert",
+    "device": "definitions that act on vehicles during the run are not used",
+    "include": "files are included by another one and not read; name them all as route files",
+}
+"""Kind of remark to what it says after a number and an example."""
+
+
+@dataclass(frozen=True, slots=True)
+class DemandRemark:
+    """Something of the files that is not as in SUMO, and how often (ours).
+
+    Parameters
+    ----------
+    kind
+        One of the keys of `TEXTS`.
+    count
+        How many vehicles, or other definitions.
+    example
+        Id of the first.
+    text
+        What it is about and what to do.
+    """
+
+    kind: str
+    count: int
+    example: str
+    text: str
+
+
+class Remarks:
+    """Counts remarks while files are read (ours)."""
+
+    def __init__(self) -> None:
+        self._found: dict[str, tuple[int, str, str]] = {}
+
+    def add(self, kind: str, example: str, count: int = 1, *, place: str = "") -> None:
+        """Count ``count`` more of a kind; the first example is kept.
+
+        Parameters
+        ----------
+        kind
+            One of the keys of `TEXTS`.
+        example
+            Id of the vehicle, flow or definition.
+        count
+            How many it stands for, may be 0.
+        place
+            Edge or junction that it is about.
+        """
+        before, *first = self._found.get(kind, (0, example, place))
+        if count:
+            self._found[kind] = (before + count, first[0], first[1])
+
+    def all(self) -> tuple[DemandRemark, ...]:
+        """Return the remarks in the order in which their kinds are listed in `TEXTS`."""
+        return tuple(
+            DemandRemark(kind, count, example, f"{text} (at '{place}')" if place else text)
+            for kind, text in TEXTS.items()
+            for count, example, place in [self._found.get(kind, (0, "", ""))]
+            if count
+        )

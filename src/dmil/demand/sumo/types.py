@@ -1,0 +1,171 @@
+"""Vehicle types: which class they are of, and how much room a queued vehicle takes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from xml.etree.ElementTree import Element, tostring
+
+from dmil.demand.sumo.entry import Entry
+
+DEFAULT_TYPE = "DEFAULT_VEHTYPE"
+GAP_M = 2.5
+CLASS_LENGTH_M = {
+    "private": 5.0,
+    "emergency": 6.5,
+    "authority": 5.0,
+    "army": 5.0,
+    "vip": 5.0,
+    "passenger": 5.0,
+    "hov": 5.0,
+    "taxi": 5.0,
+    "bus": 12.0,
+    "coach": 14.0,
+    "delivery": 6.5,
+    "truck": 7.1,
+    "trailer": 16.5,
+    "motorcycle": 2.2,
+    "moped": 2.1,
+    "evehicle": 5.0,
+    "custom1": 5.0,
+    "custom2": 5.0,
+    "ignoring": 5.0,
+}
+"""SUMO's classes of road vehicles with a motor, and their default length
+(SUMO docs: Vehicle Type Parameter Defaults). The default gap in front of all is 2.5 m."""
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleType:
+    """What of a vehicle type matters here (ours).
+
+    Parameters
+    ----------
+    road
+        Whether its vehicles are road vehicles with a motor.
+    space_m
+        Length and least gap of a vehicle; of a distribution the mean.
+    """
+
+    road: bool
+    space_m: float
+
+
+_BUILT_IN = {
+    DEFAULT_TYPE: VehicleType(True, CLASS_LENGTH_M["passenger"] + GAP_M),
+    "DEFAULT_TAXITYPE": VehicleType(True, CLASS_LENGTH_M["taxi"] + GAP_M),
+    "DEFAULT_BIKETYPE": VehicleType(False, 0.0),
+    "DEFAULT_PEDTYPE": VehicleType(False, 0.0),
+    "DEFAULT_RAILTYPE": VehicleType(False, 0.0),
+    "DEFAULT_CONTAINERTYPE": VehicleType(False, 0.0),
+}
+
+
+class VehicleTypes:
+    """The types and distributions of types that were defined so far (ours)."""
+
+    def __init__(self) -> None:
+        self._types: dict[str, VehicleType] = {}
+        self._definitions: list[str] = []
+
+    @property
+    def xml(self) -> str:
+        """All definitions as XML elements, one a line, without a root element."""
+        return "".join(f"{text}\n" for text in self._definitions)
+
+    def define(self, entry: Entry) -> None:
+        """Take up a ``<vType>`` or ``<vTypeDistribution>``.
+
+        Raises
+        ------
+        DemandError
+            If it has no id or one that exists, or a number or a type in it cannot be used.
+        """
+        name = entry.required("id")
+        if name in self._types:
+            raise entry.error(
+                "there is another vehicle type of this id", mend="rename or remove one of them"
+            )
+        if entry.element.tag == "vType":
+            self._types[name] = _type(entry)
+        else:
+            self._types[name] = self._distribution(entry)
+        self._definitions.append(_text(entry.element))
+
+    def of(self, entry: Entry) -> VehicleType:
+        """Return the type that a vehicle or flow names, SUMO's default if it names none.
+
+        Raises
+        ------
+        DemandError
+            If it names one that is not defined before it.
+        """
+        return self._known(entry, entry.get("type") or DEFAULT_TYPE)
+
+    def _known(self, entry: Entry, name: str) -> VehicleType:
+        found = self._types.get(name) or _BUILT_IN.get(name)
+        if found is None:
+            raise entry.error(
+                f"there is no vehicle type '{name}'",
+                expected="one that is defined before it",
+                mend=f'add <vType id="{name}"/> in front of it, or name the file that has it',
+            )
+        return found
+
+    def _distribution(self, entry: Entry) -> VehicleType:
+        members: list[VehicleType] = []
+        weights: list[float] = []
+        for child in entry.element.findall("vType"):
+            member = Entry(entry.place, child)
+            reference = child.get("refId")
+            if reference:
+                members.append(self._known(member, reference))
+            else:
+                self._types[member.required("id")] = _type(member)
+                members.append(self._types[member.id])
+            weights.append(member.number("probability") if "probability" in child.attrib else 1.0)
+        names = (entry.get("vTypes") or "").split()
+        members += [self._known(entry, name) for name in names]
+        weights += probabilities(entry, len(names))
+        total = sum(weights)
+        if not total > 0:
+            raise entry.error("it has no types", expected="at least one of a probability above 0")
+        return VehicleType(
+            any(member.road for member in members),
+            sum(w * member.space_m for w, member in zip(weights, members, strict=True)) / total,
+        )
+
+
+def probabilities(entry: Entry, count: int) -> Sequence[float]:
+    """Return the weights that a distribution gives to the members that it names, by default 1.
+
+    Raises
+    ------
+    DemandError
+        If there are not as many, or one is no number of 0 or more.
+    """
+    text = entry.get("probabilities")
+    if text is None:
+        return [1.0] * count
+    try:
+        found = [float(part) for part in text.split()]
+    except ValueError:
+        found = []
+    if len(found) != count or not all(0 <= weight < float("inf") for weight in found):
+        raise entry.error(
+            f"probabilities is '{text}'", expected=f"{count} numbers of 0 or more, one per member"
+        )
+    return found
+
+
+def _type(entry: Entry) -> VehicleType:
+    kind = entry.get("vClass") or "passenger"
+    length_m = CLASS_LENGTH_M.get(kind, CLASS_LENGTH_M["passenger"])
+    if entry.get("length") is not None:
+        length_m = entry.number("length", least=0.1)
+    gap_m = entry.number("minGap") if entry.get("minGap") is not None else GAP_M
+    return VehicleType(kind in CLASS_LENGTH_M, length_m + gap_m)
+
+
+def _text(element: Element) -> str:
+    return tostring(element, encoding="unicode").strip()

@@ -1,0 +1,182 @@
+"""Which links vehicles drive along: routes, distributions of routes, and trips."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+from itertools import pairwise
+
+from dmil.demand.recorded import first_gap
+from dmil.demand.routes import Way, router
+from dmil.demand.sumo.entry import Entry
+from dmil.demand.sumo.types import probabilities
+from dmil.network import RoadNetwork
+
+Choice = tuple[Way, ...]
+"""Routes of link indices, each with the probability that a vehicle takes it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unusable:
+    """Why vehicles cannot drive a route (ours).
+
+    Parameters
+    ----------
+    kind
+        Kind of remark about it, see `dmil.demand.sumo.remarks.TEXTS`.
+    road
+        The edge or junction in question.
+    """
+
+    kind: str
+    road: str
+
+
+class Ways:
+    """Finds the routes of vehicles on a network (ours).
+
+    Parameters
+    ----------
+    network
+        The roads.
+    """
+
+    def __init__(self, network: RoadNetwork) -> None:
+        self._network = network
+        self._router = router(network)
+        self._routes: dict[str, Choice | Unusable] = {}
+        self._edges: dict[tuple[str, int], Choice | Unusable] = {}
+        self._trips: dict[tuple[str | None, ...], Choice | Unusable] = {}
+        self._out_of: defaultdict[str, list[int]] = defaultdict(list)
+        self._into: defaultdict[str, list[int]] = defaultdict(list)
+        for index, link in enumerate(network.links):
+            self._out_of[link.start].append(index)
+            self._into[link.end].append(index)
+
+    def define(self, entry: Entry) -> None:
+        """Take up a ``<route>`` or ``<routeDistribution>`` that vehicles name by its id.
+
+        Raises
+        ------
+        DemandError
+            If it has no id or one that exists, or something in it is missing.
+        """
+        name = entry.required("id")
+        if name in self._routes:
+            raise entry.error(
+                "there is another route of this id", mend="rename or remove one of them"
+            )
+        self._routes[name] = self._defined(entry)
+
+    def of(self, entry: Entry) -> Choice | Unusable:
+        """Return the ways of a vehicle, trip or flow.
+
+        Raises
+        ------
+        DemandError
+            If it names a route that is not defined before it, or none at all.
+        """
+        name = entry.get("route")
+        if name is not None:
+            return self._named(entry, name)
+        for child in entry.element:
+            if child.tag in ("route", "routeDistribution"):
+                return self._defined(Entry(entry.place, child))
+        return self._trip(entry)
+
+    def _named(self, entry: Entry, name: str) -> Choice | Unusable:
+        if name not in self._routes:
+            raise entry.error(
+                f"there is no route '{name}'",
+                expected="one that is defined before it",
+                mend="move the route in front of it, or name the file that has it",
+            )
+        return self._routes[name]
+
+    def _defined(self, entry: Entry) -> Choice | Unusable:
+        if entry.element.tag == "route":
+            if "edges" not in entry.element.attrib and entry.get("refId"):
+                return self._named(entry, entry.required("refId"))
+            return self._along(entry)
+        members: list[tuple[Choice | Unusable, float]] = []
+        for child in entry.element.findall("route"):
+            member = Entry(entry.place, child)
+            weight = member.number("probability") if "probability" in child.attrib else 1.0
+            members.append((self._defined(member), weight))
+            if member.id:
+                self._routes.setdefault(member.id, members[-1][0])
+        names = (entry.get("routes") or "").split()
+        weights = probabilities(entry, len(names))
+        members += [(self._named(entry, name), w) for name, w in zip(names, weights, strict=True)]
+        total = sum(weight for _, weight in members)
+        if not total > 0:
+            raise entry.error("it has no routes", expected="at least one of a probability above 0")
+        joined: list[Way] = []
+        for choice, weight in members:
+            if isinstance(choice, Unusable):
+                return choice
+            joined += [(links, share * weight / total) for links, share in choice if weight]
+        return tuple(joined)
+
+    def _along(self, entry: Entry) -> Choice | Unusable:
+        """Return the route over the edges that an element lists."""
+        text = entry.required("edges")
+        repeat = int(entry.number("repeat", most=1000)) if entry.get("repeat") else 0
+        if (text, repeat) not in self._edges:
+            self._edges[text, repeat] = self._checked(text.split() * (1 + repeat))
+        return self._edges[text, repeat]
+
+    def _checked(self, edges: list[str]) -> Choice | Unusable:
+        known = self._network.link_index
+        for edge in edges:
+            if edge not in known:
+                return Unusable("unknown-road", edge)
+        links = tuple(known[edge] for edge in edges)
+        gap = first_gap(self._network, links)
+        return ((links, 1.0),) if gap is None else Unusable("no-way", edges[gap])
+
+    def _trip(self, entry: Entry) -> Choice | Unusable:
+        names = ("from", "to", "fromJunction", "toJunction", "via")
+        key = tuple(entry.get(name) for name in names)
+        start, end = key[0] or key[2], key[1] or key[3]
+        if start and end:
+            if key not in self._trips:
+                self._trips[key] = self._shortest(key)
+            return self._trips[key]
+        zones = ("Taz", "XY", "LonLat")
+        if any(
+            f"{side}{zone}" in entry.element.attrib for side in ("from", "to") for zone in zones
+        ):
+            return Unusable("zone", "")
+        if start and entry.element.find("stop") is not None:
+            return Unusable("stops-only", start)
+        raise entry.error(
+            "it has no route" if not (start or end) else f"it has no '{'to' if start else 'from'}'",
+            expected="a route, or from and to",
+        )
+
+    def _shortest(self, key: tuple[str | None, ...]) -> Choice | Unusable:
+        """Return the fastest way of a trip at free flow, through its via edges."""
+        start, end, start_node, end_node, via = key
+        points: list[list[int]] = []
+        for edge in (start, *(via or "").split(), end):
+            if edge is not None:
+                if edge not in self._network.link_index:
+                    return Unusable("unknown-road", edge)
+                points.append([self._network.link_index[edge]])
+        if start is None and start_node is not None:
+            if start_node not in self._out_of:
+                return Unusable("unknown-road", start_node)
+            points.insert(0, self._out_of[start_node])
+        if end is None and end_node is not None:
+            if end_node not in self._into:
+                return Unusable("unknown-road", end_node)
+            points.append(self._into[end_node])
+        links: tuple[int, ...] = ()
+        for starts, ends in pairwise(points):
+            leg = self._router.first_between(links[-1:] or starts, ends)
+            if not leg:
+                here = self._network.links[(links[-1:] or starts)[0]].id
+                return Unusable("no-way", here)
+            links += leg[1:] if links else leg
+        return ((links, 1.0),)
