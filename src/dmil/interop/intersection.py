@@ -56,7 +56,7 @@ class IntersectionEnv(gymnasium.Env):  # type: ignore[misc]  # mypy skips Gymnas
         self,
         scenario: str | Scenario = "grid:1x1",
         simulator: str | Callable[[Scenario], Simulator] = "queue",
-        reward: str | Reward = "diffusion",
+        reward: str | Reward = "queue",
         *,
         horizon_s: int | None = None,
         load: float = 1.0,

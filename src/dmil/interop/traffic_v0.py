@@ -42,7 +42,7 @@ class TrafficEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo is not typed
         self,
         scenario: str | Scenario = "grid:3x3",
         simulator: str | Callable[[Scenario], Simulator] = "queue",
-        reward: str | Reward = "diffusion",
+        reward: str | Reward = "queue",
         *,
         horizon_s: int | None = None,
         load: float = 1.0,
@@ -168,7 +168,7 @@ class TrafficEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo is not typed
 def parallel_env(
     scenario: str | Scenario = "grid:3x3",
     simulator: str | Callable[[Scenario], Simulator] = "queue",
-    reward: str | Reward = "diffusion",
+    reward: str | Reward = "queue",
     *,
     horizon_s: int | None = None,
     load: float = 1.0,
@@ -214,7 +214,7 @@ def parallel_env(
 def env(
     scenario: str | Scenario = "grid:3x3",
     simulator: str | Callable[[Scenario], Simulator] = "queue",
-    reward: str | Reward = "diffusion",
+    reward: str | Reward = "queue",
     **options: Any,
 ) -> AECEnv:
     """Make a PettingZoo environment in which agents decide one after the other (ours).
