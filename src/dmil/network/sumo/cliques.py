@@ -23,9 +23,9 @@ def conflict_free_phases(
 
     A set is as large as it can be. It opens a lane if it serves all movements of that lane: on a
     shared lane one vehicle that may not go stops all behind it. Right turns and u-turns ride
-    along: sets that open most lanes of others come first, and a set is left out if another one opens the same ones and
-    more, unless a movement needs it. Equal sets are taken together or not at all, so that a
-    symmetric intersection gets symmetric phases.
+    along: sets that open most lanes of others come first, and a set is left out if another one
+    opens the same ones and serves more, unless a movement needs it. Equal sets are taken together
+    or not at all, so that a symmetric intersection gets symmetric phases.
 
     Parameters
     ----------
@@ -66,7 +66,11 @@ def conflict_free_phases(
     sets = sorted(found, key=lambda served: (*(-number for number in worth[served]), *served))
     chosen = _cover(sets, wanted if need is None else need, friends)
     if need is None:
-        best = [s for s in sets if not any(opens[s] < opens[other] for other in sets)]
+        best = [
+            s
+            for s in sets
+            if not any(opens[s] <= opens[other] and worth[s] < worth[other] for other in sets)
+        ]
         for _, equal in groupby(best, key=worth.__getitem__):
             new = [served for served in equal if served not in chosen]
             if len(chosen) + len(new) > MOST_PHASES:

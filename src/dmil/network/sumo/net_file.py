@@ -84,7 +84,7 @@ class _Guard:
             raise self._error(name, given, problem) from None
         except IndexError:
             raise self._error(name, given, "it names a lane that does not exist") from None
-        except (ValueError, AttributeError, TypeError) as cause:
+        except (ValueError, OverflowError, AttributeError, TypeError) as cause:
             raise self._error(name, given, f"it cannot be understood ({cause})") from None
 
     def end(self, name: str) -> None:
