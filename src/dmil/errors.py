@@ -74,6 +74,10 @@ class PolicyError(InputError):
     """A saved policy cannot be used here."""
 
 
+class SimulationError(InputError):
+    """A simulation could not begin or ended before its time; with the simulator's own message."""
+
+
 class MissingExtraError(DmilError):
     """An optional dependency is not installed."""
 

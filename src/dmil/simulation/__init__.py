@@ -3,5 +3,15 @@
 from dmil.simulation.measures import Measures
 from dmil.simulation.protocol import Observation, Simulator
 from dmil.simulation.queue import QueueSimulator
+from dmil.simulation.registry import SIMULATORS, make_simulator
+from dmil.simulation.sumo import SumoSimulator
 
-__all__ = ["Measures", "Observation", "QueueSimulator", "Simulator"]
+__all__ = [
+    "SIMULATORS",
+    "Measures",
+    "Observation",
+    "QueueSimulator",
+    "Simulator",
+    "SumoSimulator",
+    "make_simulator",
+]

@@ -1,0 +1,106 @@
+"""The measures of a run, from SUMO's outputs and from vehicles that are still in the network."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from dmil.demand import Vehicles
+from dmil.simulation.measures import NAN, Measures
+from dmil.simulation.sumo.approaches import Seen, Ways, reached_stop_lines
+from dmil.simulation.sumo.outputs import Outputs
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class Accounts:
+    """Adds up a run.
+
+    Parameters
+    ----------
+    output
+        SUMO's output file.
+    vehicles, ways
+        All journeys.
+    begin_s
+        SUMO's time at 0 s of the run.
+    """
+
+    def __init__(self, output: Path, vehicles: Vehicles, ways: Ways, begin_s: int) -> None:
+        self._outputs = Outputs(output)
+        self._depart_s, self._ways, self._begin_s = vehicles.depart_s, ways, begin_s
+
+    def measures(
+        self,
+        time_s: int,
+        seen: Seen,
+        under_way: FloatArray | None,
+        *,
+        overruled: int,
+        meso: bool,
+        emissions: bool,
+    ) -> Measures:
+        """Return the measures up to now (definitions: `Measures`).
+
+        Parameters
+        ----------
+        time_s
+            Time since the run began.
+        seen
+            Where the vehicles in the network are.
+        under_way: (vehicles in the network, 6) float64
+            Number, departure delay, time loss, stops, CO2 and fuel; None after the run, when the
+            output file tells.
+        overruled
+            Requests that the signal timing rules did not grant.
+        meso, emissions
+            What SUMO runs.
+        """
+        if time_s:
+            self._outputs.update()
+        trips, seconds = self._outputs.trips, self._outputs.seconds.astype(np.int32)
+        done = trips[trips[:, 1] >= 0]
+        ids, arrival_s = done[:, 0].astype(np.int64), done[:, 1] - self._begin_s
+        if under_way is None:
+            under_way = trips[trips[:, 1] < 0][:, [0, 2, 3, 5, 6, 7]]
+        elif meso:
+            under_way = self._with_estimated_loss(under_way, seen, time_s)
+        spawned = int(np.searchsorted(self._depart_s, time_s))
+        depart_s = self._depart_s[:spawned]
+        # Whoever has neither arrived nor entered waits outside, from departure until now.
+        delay_s = time_s - depart_s.astype(np.float64)
+        delay_s[ids] = done[:, 2]
+        delay_s[under_way[:, 0].astype(np.int64)] = under_way[:, 1]
+        travel_s = time_s - depart_s.astype(np.float64)
+        travel_s[ids] = arrival_s - depart_s[ids]
+        queued_at = seconds[:, 0] + seconds[:, 1]
+        gone = self._ways.passed[self._ways.offset[ids + 1] - 1].sum()
+        return Measures(
+            time_s=time_s,
+            spawned_veh=spawned,
+            arrived_veh=len(done),
+            wait_veh_s=float(queued_at.sum()),
+            visits=int(gone) + reached_stop_lines(self._ways, seen),
+            arrived_wait_veh_s=float(done[:, [2, 4]].sum()),
+            travel_veh_s=float(travel_s.sum()),
+            time_loss_veh_s=float(done[:, 3].sum() + under_way[:, 2].sum()),
+            departure_delay_veh_s=float(delay_s.sum()),
+            stops=int(done[:, 5].sum() + under_way[:, 3].sum()),
+            overruled=overruled,
+            arrived_at=seconds[:, 2],
+            queued_at=queued_at,
+            co2_g=float(done[:, 6].sum() + under_way[:, 4].sum()) if emissions else NAN,
+            fuel_g=float(done[:, 7].sum() + under_way[:, 5].sum()) if emissions else NAN,
+        )
+
+    def _with_estimated_loss(self, under_way: FloatArray, seen: Seen, time_s: int) -> FloatArray:
+        """Fill in the time loss that the mesoscopic model does not tell before the end (ours).
+
+        It is the time in the network without that of free flow to the beginning of the link.
+        """
+        inside_s = time_s - self._depart_s[seen.vehicle] - under_way[:, 1]
+        result = under_way.copy()
+        result[:, 2] = np.maximum(inside_s - self._ways.free_s[seen.place], 0.0)
+        return result

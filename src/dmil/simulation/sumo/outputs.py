@@ -1,0 +1,70 @@
+"""SUMO's outputs of a run: what happened in every second, and to every vehicle."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+_ELEMENT = re.compile(rb"<(step|tripinfo|emissions) [^>]*>")
+_ATTRIBUTE = re.compile(rb' (\w+)="([^"]*)"')
+MG_PER_G = 1000.0
+
+SECOND = ("halting", "waiting", "arrived")
+TRIP = ("id", "arrival", "departDelay", "timeLoss", "waitingTime", "waitingCount")
+EMISSIONS = ("CO2_abs", "fuel_abs")
+
+
+@dataclass(slots=True)
+class Outputs:
+    """Reads what SUMO appends to its file of summary and trips (SUMO's documentation of both).
+
+    Parameters
+    ----------
+    file
+        The output of a run.
+    """
+
+    file: Path
+    _read: int = 0
+    _seconds: list[tuple[float, ...]] = field(default_factory=list)
+    _trips: list[list[float]] = field(default_factory=list)
+
+    def update(self) -> None:
+        """Read what is new in the file; a line that is not complete waits for the next time."""
+        with self.file.open("rb") as file:
+            file.seek(self._read)
+            new = file.read()
+        new = new[: new.rfind(b"\n") + 1]
+        self._read += len(new)
+        for match in _ELEMENT.finditer(new):
+            values = dict(_ATTRIBUTE.findall(match[0]))
+            if match[1] == b"step":
+                self._seconds.append(_numbers(values, SECOND))
+            elif match[1] == b"tripinfo":
+                self._trips.append([*_numbers(values, TRIP), 0.0, 0.0])
+            else:
+                self._trips[-1][-2:] = [mg / MG_PER_G for mg in _numbers(values, EMISSIONS)]
+
+    @property
+    def seconds(self) -> FloatArray:
+        """Vehicles halting, waiting outside and arrived so far, after every second: (time, 3)."""
+        return np.array(self._seconds).reshape(-1, len(SECOND))
+
+    @property
+    def trips(self) -> FloatArray:
+        """Vehicles that have ended: (vehicles, 8).
+
+        Number, arrival time in SUMO's seconds, departure delay, time loss and time halting in s,
+        stops, CO2 and fuel in g. After the run also those in the network, with arrival −1.
+        """
+        return np.array(self._trips).reshape(-1, len(TRIP) + len(EMISSIONS))
+
+
+def _numbers(values: dict[bytes, bytes], names: tuple[str, ...]) -> tuple[float, ...]:
+    return tuple(float(values[name.encode()]) for name in names)

@@ -1,0 +1,233 @@
+"""The SUMO simulator: Eclipse SUMO behind the protocol of all simulators."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from dmil.demand import Vehicles
+from dmil.errors import InputError
+from dmil.network import RoadNetwork
+from dmil.scenarios import Scenario
+from dmil.simulation.measures import Measures
+from dmil.simulation.protocol import Observation
+from dmil.simulation.sumo.accounts import Accounts
+from dmil.simulation.sumo.approaches import Ways, build_ways, count_vehicles, locate
+from dmil.simulation.sumo.files import Model, RunFiles, options, run_files, write_routes
+from dmil.simulation.sumo.process import SumoProcess, require_sumo
+from dmil.simulation.sumo.signals import ACTUATED, SignalHeads
+from dmil.simulation.timing import checked_phases, signals_of
+
+NO_RUN = -1
+ROUTES, OUTPUT = "vehicles.rou.xml", "output.xml"
+DETECTION_M = 200.0
+"""How far detectors see beyond an incoming link that is shorter (RESCO's range)."""
+
+
+class SumoSimulator:
+    """Simulate a scenario in SUMO, 1 s steps, in a process of its own.
+
+    The process is kept for later runs and ends with the simulator. A network that does not come
+    from SUMO is written for it, see `dmil.network.sumo.write_sumo_network`.
+
+    Parameters
+    ----------
+    scenario
+        Network, signal timing, horizon, and SUMO's files if it has any.
+    model
+        SUMO's microscopic or its mesoscopic model.
+    emissions
+        Whether to run SUMO's emission model too.
+    detection_m
+        How far from a stop line vehicles are counted where the incoming link is shorter.
+
+    Raises
+    ------
+    MissingExtraError
+        If SUMO is not installed.
+    NetworkError
+        If the network cannot be written for SUMO.
+
+    Notes
+    -----
+    ``queue_veh`` are vehicles slower than 0.1 m/s, ``approaching_veh`` others nearer than one
+    decision interval in free flow, on the incoming link or within ``detection_m``.
+    ``visits`` counts the links before stop lines that vehicles have come to. While a mesoscopic run
+    is under way, the time loss of vehicles in the network is estimated from how far they are; after
+    it all measures are SUMO's own.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        *,
+        model: Model = "micro",
+        emissions: bool = False,
+        detection_m: float = DETECTION_M,
+    ) -> None:
+        require_sumo()
+        self._scenario, self._model = scenario, model
+        self._emissions, self._detection_m = emissions, detection_m
+        self._signals = signals_of(scenario.network)
+        programs = np.array([item.program is not None for item in scenario.network.intersections])
+        self._lowest = np.where(programs, ACTUATED, 0).astype(np.int32)
+        self._process: SumoProcess | None = None
+        self._files: RunFiles
+        self._vehicles: Vehicles | None = None
+        self._ways: Ways
+        self._heads: SignalHeads
+        self._accounts: Accounts
+        self._seen = np.zeros((0, 5))
+        self._time_s = NO_RUN
+
+    @property
+    def network(self) -> RoadNetwork:
+        """The road network that is simulated."""
+        return self._scenario.network
+
+    @property
+    def decision_interval_s(self) -> int:
+        """Time between two decisions, in s."""
+        return self._scenario.timing.decision_interval_s
+
+    @property
+    def horizon_s(self) -> int:
+        """Time at which a run ends, in s."""
+        return self._scenario.horizon_s
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What SUMO has warned of in the run under way."""
+        text = self._process.messages if self._process else ""
+        return tuple(line for line in text.splitlines() if line.startswith("Warning:"))
+
+    def reset(self, vehicles: Vehicles, seed: int = 0) -> Observation:
+        """Start a run with an empty network and the given journeys.
+
+        Raises
+        ------
+        SimulationError
+            If SUMO refuses the network or the journeys; with its own message.
+        """
+        self._time_s = NO_RUN
+        process = self._ready_process()
+        if vehicles is not self._vehicles:
+            self._vehicles = None
+            self._ways = build_ways(self.network, vehicles)
+            write_routes(process.folder / ROUTES, vehicles, self._files)
+            self._vehicles = vehicles
+        process.forget_messages()
+        output = process.folder / OUTPUT
+        output.unlink(missing_ok=True)
+        process.ask(
+            "start",
+            options(
+                self._files,
+                process.folder / ROUTES,
+                model=self._model,
+                seed=seed,
+                emissions=self._emissions,
+            ),
+            {"--summary-output": str(output), "--tripinfo-output": str(output)},
+        )
+        self._heads = SignalHeads(self._signals, self._files.signals, self._scenario.timing)
+        self._accounts = Accounts(output, vehicles, self._ways, self._files.begin_s)
+        self._seen = np.zeros((0, 5))
+        self._time_s = 0
+        return self._observe()
+
+    def advance(self, phases: npt.NDArray[np.integer]) -> Observation:
+        """Show the given phases for one decision interval (less where the horizon is nearer).
+
+        Parameters
+        ----------
+        phases: (intersections,) int
+            `PROGRAM` leaves an intersection to its own program, `ACTUATED` to SUMO's actuated
+            control of that.
+
+        Raises
+        ------
+        InputError
+            If there is not one existing phase per intersection, or no run is under way.
+        SimulationError
+            If SUMO dies; with its own message.
+        """
+        process = self._running()
+        steps = min(self.decision_interval_s, self.horizon_s - self._time_s)
+        if steps <= 0:
+            raise InputError(
+                f"the run is over: its horizon is {self.horizon_s} s",
+                where=self._scenario.name,
+                mend="call reset",
+            )
+        where = self._scenario.name
+        wanted = checked_phases(phases, self.network, self._signals, self._lowest, where=where)
+        orders = self._heads.request(wanted, self._time_s)
+        answer = process.ask("advance", steps, orders.programs, orders.switches)
+        self._seen = np.frombuffer(answer).reshape(-1, 5)
+        self._time_s += steps
+        if self._time_s == self.horizon_s:
+            process.ask("close")  # only then SUMO writes about vehicles that have not arrived
+        return self._observe()
+
+    def measures(self) -> Measures:
+        """Return what has been measured since the last reset.
+
+        Raises
+        ------
+        InputError
+            If no run has begun.
+        """
+        process = self._running()
+        under_way = None
+        if self._time_s < self.horizon_s:
+            under_way = np.frombuffer(process.ask("account", self._emissions)).reshape(-1, 6)
+        return self._accounts.measures(
+            self._time_s,
+            locate(self._ways, self._seen),
+            under_way,
+            overruled=self._heads.overruled,
+            meso=self._model == "meso",
+            emissions=self._emissions,
+        )
+
+    def close(self) -> None:
+        """End the process of SUMO; the next reset begins another."""
+        self._time_s = NO_RUN
+        if self._process is not None:
+            self._process.end()
+            self._process = None
+
+    def _ready_process(self) -> SumoProcess:
+        """Return a process without a run: a new one if there is none that answers."""
+        if self._process is not None and self._process.alive:
+            self._process.ask("close")
+            return self._process
+        self._process = self._vehicles = None
+        process = SumoProcess(self._scenario.name)
+        self._files = run_files(self._scenario, process.folder)
+        self._process = process
+        return process
+
+    def _running(self) -> SumoProcess:
+        if self._process is None or self._time_s == NO_RUN:
+            raise InputError("no run is under way", where=self._scenario.name, mend="call reset")
+        return self._process
+
+    def _observe(self) -> Observation:
+        heads = self._heads
+        queue, approaching = count_vehicles(
+            self._ways,
+            locate(self._ways, self._seen),
+            self.network,
+            (self._signals.served.shape[0], self._signals.served.shape[2]),
+            within_s=self.decision_interval_s,
+            detection_m=self._detection_m,
+        )
+        return Observation(
+            queue_veh=queue,
+            approaching_veh=approaching,
+            phase=heads.phase.copy(),
+            phase_elapsed_s=np.maximum(self._time_s - heads.green_from_s, 0),
+            time_s=self._time_s,
+        )
