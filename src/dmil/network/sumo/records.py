@@ -44,7 +44,7 @@ class Remark:
         - ``pedestrian-stage``: a stage in which only those go who are no vehicles; no action
           shows it.
         - ``missing-yellow``: a green turns red at once.
-        - ``conflicting-greens``: two crossing lanes have the right of way at the same time.
+        - ``conflicting-greens``: two lanes that cross or merge have the right of way at once.
         - ``stage-order``: stages that do not follow each other in the file's order.
         - ``no-right-of-way``: the junction's matrix of right of way is missing; roads are taken to
           conflict with each other.

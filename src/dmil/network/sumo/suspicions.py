@@ -132,10 +132,7 @@ def _on_greens(logic: Logic, ways: Ways, file: NetFile, place: str) -> Iterator[
     ]
     for state in dict.fromkeys(stage.state for stage in logic.stages):
         clash = [
-            (one, other)
-            for one, other in pairs
-            if state[one.letter] == state[other.letter] == "G"
-            and (one.from_edge, one.to_edge) != (other.from_edge, other.to_edge)
+            (one, other) for one, other in pairs if state[one.letter] == state[other.letter] == "G"
         ]
         if clash:
             one, other = clash[0]
@@ -144,7 +141,7 @@ def _on_greens(logic: Logic, ways: Ways, file: NetFile, place: str) -> Iterator[
                 "conflicting-greens",
                 place,
                 f"in {state} the ways {one.from_edge} to {one.to_edge} (letter {one.letter}) and "
-                f"{other.from_edge} to {other.to_edge} (letter {other.letter}) cross and both "
-                f"have the right of way{more}",
+                f"{other.from_edge} to {other.to_edge} (letter {other.letter}) cross or merge, "
+                f"and both have the right of way{more}",
                 "write g for the one that yields, or r",
             )
