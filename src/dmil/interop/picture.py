@@ -17,14 +17,8 @@ FINE = 3
 HEADER_PX = 56
 NARROWEST_LABEL_PX = 7
 
-PAPER, ROAD, NODE, LINE, INK, FAINT = (
-    "#fbfaf8",
-    "#dfddd7",
-    "#d3d0c9",
-    "#fbfaf8",
-    "#2b2b2b",
-    "#77736b",
-)
+PAPER, SIDE_ROAD, ROAD, NODE = "#fbfaf8", "#eeece7", "#dfddd7", "#d3d0c9"
+INK, FAINT = "#2b2b2b", "#77736b"
 # Okabe and Ito's palette, told apart by colour-blind readers.
 RED, GREEN, FREE, COMING = "#d55e00", "#009e73", "#56b4e9", "#a39f96"
 LEGEND = ((RED, "red"), (GREEN, "green"), (FREE, "no signal"), (COMING, "approaching"))
@@ -95,23 +89,26 @@ class Picture:
 
     def _lay_roads(self, brush: Any) -> None:
         streets = self._streets
-        for corners in streets.roads:
-            _fill(brush, corners, ROAD)
-        for corners in streets.nodes:
-            _fill(brush, corners, NODE)
-        for first, last, *_ in streets.roads:
-            line = [tuple(point * FINE) for point in (first, last)]
-            brush.line(line, fill=LINE, width=round(FINE * max(0.8, streets.lane_px / 8)))
+        # What signals govern lies above what they do not.
+        for road in sorted(streets.roads, key=lambda road: road.signalled):
+            _fill(brush, road.corners, ROAD if road.signalled else SIDE_ROAD)
+        for node in streets.nodes:
+            _fill(brush, node.corners, NODE if node.signalled else SIDE_ROAD)
+        width = round(FINE * max(0.8, streets.lane_px / 8))
+        for road in streets.roads:
+            if road.signalled:
+                line = [tuple(point * FINE) for point in road.corners[:2]]
+                brush.line(line, fill=PAPER, width=width)
         self._lay_legend(brush)
 
     def _lay_legend(self, brush: Any) -> None:
-        """Put the meaning of the colours at the top right."""
+        """Put the meaning of the colours at the right above the roads."""
         x = self._streets.size_px[0] - 16.0
         font = self._font_of(size=11 * FINE)
         for colour, meaning in reversed(LEGEND):
             x -= font.getlength(meaning) / FINE
-            self._text(brush, (x, 12), meaning, 11, FAINT)
-            box = [FINE * v for v in (x - 14, 14, x - 5, 23)]
+            self._text(brush, (x, 32), meaning, 11, FAINT)
+            box = [FINE * v for v in (x - 14, 34, x - 5, 43)]
             brush.rounded_rectangle(box, radius=2 * FINE, fill=colour)
             x -= 26
 

@@ -13,12 +13,29 @@ from dmil.network.model import TURNS
 
 Point = npt.NDArray[np.float64]
 
-LONGEST_PX, SHORTEST_PX, MARGIN_PX = 720, 300, 16
-LANE_M, VEHICLE_M = 3.2, 7.5
+LONGEST_PX, LONGEST_OF_MANY_PX, MANY_LINKS = 720, 1080, 100
+LEAST_PX, MARGIN_PX = (480, 240), 28
+LANE_M, VEHICLE_M = 8.0, 7.5
+"""Lanes are drawn wider than they are, or nothing could be seen on them."""
 THINNEST_LANE_PX, SHORTEST_VEHICLE_PX = 2.2, 1.5
 LANES_PER_LINK, VEHICLES_PER_LINK = 18, 20
 """A lane is at most so many times narrower, a vehicle so many times shorter than a usual link is
 long, so that networks of short links show their queues, too."""
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """A piece of road.
+
+    Attributes
+    ----------
+    corners: (corners, 2) float64
+    signalled: bool
+        Whether it belongs to an intersection or leads to or from one.
+    """
+
+    corners: Point
+    signalled: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,10 +77,9 @@ class Streets:
         Width and height.
     lane_px, vehicle_px: float
         Width of a lane and length of a vehicle.
-    roads: list of (4, 2) float64
-        Corners of every link that has a length, its middle line first.
-    nodes: list of (corners, 2) float64
-        Corners of every node where roads meet.
+    roads, nodes: list of Surface
+        Every link that has a length, the ends of its middle line first, and every node where roads
+        meet.
     strips: list of list of Strip or None
         For every intersection and movement; None where the link has no length in a picture.
     """
@@ -76,23 +92,28 @@ class Streets:
         used = [place_m[name] for link in self._links for name in (link.start, link.end)]
         low, high = (np.min(used, axis=0), np.max(used, axis=0)) if used else (0.0, np.ones(2))
         extent_m = np.maximum(high - low, 1.0)
-        scale = (LONGEST_PX - 2 * MARGIN_PX) / float(extent_m.max())
-        inner_px = np.maximum(extent_m * scale + 2 * MARGIN_PX, SHORTEST_PX)
+        longest_px = LONGEST_PX if len(self._links) <= MANY_LINKS else LONGEST_OF_MANY_PX
+        scale = (longest_px - 2 * MARGIN_PX) / float(extent_m.max())
+        inner_px = np.maximum(extent_m * scale + 2 * MARGIN_PX, LEAST_PX)
         self.size_px = round(float(inner_px[0])), round(float(inner_px[1])) + top_px
         middle_px = np.array([inner_px[0] / 2, top_px + inner_px[1] / 2])
         middle_m = (low + high) / 2
         self._place = {
             name: middle_px + (xy - middle_m) * scale * (1, -1) for name, xy in place_m.items()
         }
-        lengths = [self._length(link) for link in self._links]
+        signalled = set(network.intersection_index)
+        lengths = [self._length(link) for link in self._links if link.end in signalled]
         usual_px = float(np.median(lengths)) if lengths else LONGEST_PX
         self.lane_px = max(THINNEST_LANE_PX, min(LANE_M * scale, usual_px / LANES_PER_LINK))
         self.vehicle_px = max(
             SHORTEST_VEHICLE_PX, min(VEHICLE_M * scale, usual_px / VEHICLES_PER_LINK)
         )
         self._radius = self._radii(network)
-        self.roads = [self._road(link) for link in self._links]
-        self.nodes = [corners for name in self._radius if len(corners := self._node(name)) > 2]
+        self.roads = [
+            Surface(self._road(link), link.start in signalled or link.end in signalled)
+            for link in self._links
+        ]
+        self.nodes = [Surface(self._node(name), name in signalled) for name in self._radius]
         drawn = {link.id: link for link in self._links}
         self.strips = [self._strips(item, drawn) for item in network.intersections]
 
