@@ -82,6 +82,11 @@ def varied():
             chosen = rng.choice(lanes[link], rng.integers(1, lanes[link] + 1), replace=False)
             return tuple(sorted(chosen.tolist()))
 
+        def some_priorities(count):
+            rank = rng.permutation(count)
+            foes = (np.flatnonzero((rank < own) & (rng.random(count) < 0.1)) for own in rank)
+            return tuple(tuple(each.tolist()) for each in foes)
+
         intersections = tuple(
             replace(
                 node,
@@ -89,6 +94,7 @@ def varied():
                     replace(movement, lanes=some_lanes(movement.from_link))
                     for movement in node.movements
                 ),
+                gives_way=some_priorities(len(node.movements)),
             )
             for node in network.intersections
         )

@@ -21,8 +21,9 @@ from dmil.scenarios import Scenario, scenario
 from dmil.seeding import stream
 from dmil.simulation import Observation, QueueSimulator
 from dmil.simulation.queue import kernel
-from dmil.simulation.queue.layout import build_layout, build_trips, rules_of
+from dmil.simulation.queue.layout import build_layout, build_trips
 from dmil.simulation.queue.state import initial_state
+from dmil.simulation.timing import rules_of
 from dmil.training import run, vehicles_of_seed
 
 HORIZON_S = 3600
@@ -119,7 +120,7 @@ def _fixed_plan(made: Scenario, simulator: QueueSimulator, vehicles: Vehicles) -
 
 def _kernel_s(made: Scenario, vehicles: Vehicles, plan: list[IntArray]) -> float:
     layout = build_layout(made)
-    trips = build_trips(made.network, layout, vehicles)
+    trips = build_trips(made, layout, vehicles)
     state = initial_state(layout, trips, made.horizon_s)
     rules = rules_of(made.timing)
     start = perf_counter()

@@ -25,11 +25,14 @@ SCENARIO_OPTIONS = (
     Option("load", "--load", "Scenario"),
     Option("timing.decision_interval_s", "--decision-interval", _SIGNALS),
     Option("timing.clearance_s", "--clearance", _SIGNALS),
+    Option("timing.all_red_s", "--all-red", _SIGNALS),
     Option("timing.min_green_s", "--min-green", _SIGNALS),
+    Option("timing.max_green_s", "--max-green", _SIGNALS),
     Option("timing.startup_lost_s", "--startup-lost", _SIGNALS),
     Option("dynamics.saturation_flow_veh_per_s", "--saturation-flow", _SIGNALS),
     Option("dynamics.storage", "--storage", _SIGNALS),
     Option("dynamics.vehicle_space_m", "--vehicle-space", _SIGNALS),
+    Option("dynamics.gap_wait_s", "--gap-wait", _SIGNALS),
 )
 
 REWARD = "What a learner gets: default, diffusion, entropy, queue, pressure, or module:function."

@@ -43,7 +43,7 @@ MEASURES = (
     Measure("entries_per_agent", "memory entries per intersection", "", 1, True),
     Measure("msize_per_agent", "memory size (paper's msize)", "values", 0, True),
     Measure("bytes_per_intersection", "memory per intersection", "bytes", 0, True),
-    Measure("refused_changes", "phase changes refused", "", 0, True),
+    Measure("overruled", "phase requests overruled", "", 0, True),
 )
 """All measures of a run (specification, §3)."""
 

@@ -172,7 +172,7 @@ def _contender(settings: SimulateParameters, policy: Policy | None) -> Contender
 def _row(run: Run, scenario: Scenario) -> dict[str, Any]:
     row = measures_row(run.measures, run.memory[-1])
     row["bytes_per_intersection"] = row["bytes_total"] / len(scenario.network.intersections)
-    row["refused_changes"] = run.measures.refused_changes
+    row["overruled"] = run.measures.overruled
     return row
 
 

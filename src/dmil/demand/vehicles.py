@@ -31,12 +31,16 @@ class Vehicles:
         last is an exit link, or in recorded demand a link at whose end the vehicle parks.
     dropped
         Vehicles left out because they depart at or beyond the horizon.
+    kind
+        (vehicles,) int32, which row of the demand's table says more about the vehicle to SUMO;
+        None where nothing more is known.
     """
 
     depart_s: IntArray
     route_offset: IntArray
     route_links: IntArray
     dropped: int = 0
+    kind: IntArray | None = None
 
     def __len__(self) -> int:
         """Return the number of vehicles."""
@@ -57,7 +61,8 @@ class Vehicles:
             How many vehicles the result should say were left out.
         """
         offset, place = gather(self.route_offset, chosen)
-        return Vehicles(self.depart_s[chosen], offset, self.route_links[place], dropped)
+        kind = None if self.kind is None else self.kind[chosen]
+        return Vehicles(self.depart_s[chosen], offset, self.route_links[place], dropped, kind)
 
 
 def gather(offset: npt.NDArray[np.integer], chosen: LongArray) -> tuple[IntArray, LongArray]:

@@ -32,7 +32,8 @@ def check_network(network: RoadNetwork, *, where: str | None = None) -> None:
     if not network.intersections:
         raise NetworkError("there is no intersection", where=where, expected="at least one")
     _unique((link.id for link in network.links), "link", where)
-    nodes = [node.id for node in (*network.intersections, *network.junctions)]
+    nodes = [node.id for node in network.intersections]
+    nodes += [junction.id for junction in network.junctions]
     nodes += network.fringe
     _unique(nodes, "node", where)
     known = set(nodes)

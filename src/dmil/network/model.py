@@ -102,8 +102,7 @@ class Program:
     stages
         In order, clearance included; they repeat for ever.
     offset_s
-        The plan is this far behind at time 0: it begins with what it shows ``offset_s`` before the
-        end of its cycle, as in SUMO.
+        A time at which the cycle begins: at time t it stands at (t − offset_s) modulo its length.
     """
 
     stages: tuple[Stage, ...]
@@ -249,7 +248,8 @@ class RoadNetwork:
         """For every link the (next link, turn) pairs that its movements allow."""
         link = self.link_index
         found: list[list[tuple[int, Turn]]] = [[] for _ in self.links]
-        for node in (*self.intersections, *self.junctions):
+        nodes: tuple[Intersection | Junction, ...] = (*self.intersections, *self.junctions)
+        for node in nodes:
             for movement in node.movements:
                 found[link[movement.from_link]].append((link[movement.to_link], movement.turn))
         return tuple(tuple(pairs) for pairs in found)

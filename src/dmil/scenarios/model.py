@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -11,6 +11,9 @@ from dmil.demand import Demand
 from dmil.errors import InputError
 from dmil.network import RoadNetwork
 from dmil.network.json_file import first_problem
+
+if TYPE_CHECKING:
+    from dmil.scenarios.sumo import SumoFiles
 
 LONGEST_RUN_S = 10**8
 """Longest run, three years: steps are counted in 32 bits."""
@@ -49,8 +52,20 @@ class SignalTiming(Settings):
         description="Seconds of yellow and all-red after a change of phase; movements that are "
         "green in both phases go on. Less than the decision interval (paper: none).",
     )
+    all_red_s: int = Field(
+        default=0,
+        ge=0,
+        description="How many of the clearance's seconds, its last, are all-red; the others are "
+        "yellow. Only SUMO tells them apart.",
+    )
     min_green_s: int = Field(
         default=0, ge=0, description="Least seconds of green before a phase may end (paper: none)."
+    )
+    max_green_s: int = Field(
+        default=0,
+        ge=0,
+        description="Seconds of green after which the next phase follows if the controller chooses "
+        "none; 0: no limit (paper: none).",
     )
     startup_lost_s: int = Field(
         default=0,
@@ -60,11 +75,21 @@ class SignalTiming(Settings):
     )
 
     @model_validator(mode="after")
-    def _clearance_ends(self) -> SignalTiming:
+    def _consistent(self) -> SignalTiming:
         if self.clearance_s >= self.decision_interval_s:
             raise ValueError(
                 f"clearance_s ({self.clearance_s}) must be less than decision_interval_s "
                 f"({self.decision_interval_s}), or no phase would ever be green"
+            )
+        if self.all_red_s > self.clearance_s:
+            raise ValueError(
+                f"all_red_s ({self.all_red_s}) is a part of clearance_s ({self.clearance_s}) and "
+                "cannot be longer"
+            )
+        if 0 < self.max_green_s < self.min_green_s:
+            raise ValueError(
+                f"max_green_s ({self.max_green_s}) must not be less than min_green_s "
+                f"({self.min_green_s})"
             )
         return self
 
@@ -91,6 +116,12 @@ class QueueDynamics(Settings):
         description="Metres of one lane that a queued vehicle takes up, its gap included; used "
         "with storage only.",
     )
+    gap_wait_s: int = Field(
+        default=20,
+        ge=0,
+        description="Longest wait in seconds, at the head of a lane, of a vehicle that gives way "
+        "to others with green and a queue; used where a network says who gives way (paper: no).",
+    )
 
 
 @dataclass(frozen=True)
@@ -105,6 +136,11 @@ class Scenario:
         Its parts.
     horizon_s
         Length of a run in seconds.
+    sumo
+        SUMO's files of the scenario, if it comes from such.
+    link_time_s
+        (links,) seconds that an undisturbed vehicle needs for each link, where they were measured;
+        else length and speed tell.
 
     Raises
     ------
@@ -118,6 +154,8 @@ class Scenario:
     timing: SignalTiming
     dynamics: QueueDynamics
     horizon_s: int
+    sumo: SumoFiles | None = None
+    link_time_s: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         whole = isinstance(self.horizon_s, int) and not isinstance(self.horizon_s, bool)

@@ -35,7 +35,9 @@ class TimingChanges(BaseModel):
 
     decision_interval_s: int | None = _changed(SignalTiming, "decision_interval_s")
     clearance_s: int | None = _changed(SignalTiming, "clearance_s")
+    all_red_s: int | None = _changed(SignalTiming, "all_red_s")
     min_green_s: int | None = _changed(SignalTiming, "min_green_s")
+    max_green_s: int | None = _changed(SignalTiming, "max_green_s")
     startup_lost_s: int | None = _changed(SignalTiming, "startup_lost_s")
 
 
@@ -47,6 +49,7 @@ class DynamicsChanges(BaseModel):
     saturation_flow_veh_per_s: float | None = _changed(QueueDynamics, "saturation_flow_veh_per_s")
     storage: bool | None = _changed(QueueDynamics, "storage")
     vehicle_space_m: float | None = _changed(QueueDynamics, "vehicle_space_m")
+    gap_wait_s: int | None = _changed(QueueDynamics, "gap_wait_s")
 
 
 class ScenarioRecipe(BaseModel):

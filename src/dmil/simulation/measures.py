@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+
+NAN = float("nan")
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,32 +20,47 @@ class Measures:
     time_s: int
         How long the run has lasted.
     spawned_veh, arrived_veh: int
-        Vehicles that departed, and of these those at their destination (V_c).
-    wait_veh_s: int
+        Vehicles whose departure time has come, whether or not they found room to enter, and of
+        these those at their destination (V_c).
+    wait_veh_s: float
         Vehicle-seconds queued or waiting outside for room, vehicles still waiting included.
     visits: int
         Times that a vehicle joined a queue.
-    arrived_wait_veh_s: int
+    arrived_wait_veh_s: float
         Vehicle-seconds that the arrived vehicles waited.
-    travel_veh_s: int
+    travel_veh_s: float
         Time from departure to arrival over all spawned vehicles; a vehicle that has not arrived
         counts up to the end of the run.
-    refused_changes: int
-        Phase changes that the signal timing rules refused.
+    time_loss_veh_s: float
+        Vehicle-seconds that vehicles inside the network lost against driving freely.
+    departure_delay_veh_s: float
+        Vehicle-seconds between the wished departure and entering the network; vehicles that have
+        not entered count up to the end of the run.
+    stops: int
+        Times that a vehicle inside the network came to a halt.
+    overruled: int
+        Requests for phases that the signal timing rules did not grant.
     arrived_at, queued_at: (time_s,) int32
         V_c and vehicles waiting, outside included, after each second.
+    co2_g, fuel_g: float
+        Emissions and fuel in g; NaN where the simulator does not know.
     """
 
     time_s: int
     spawned_veh: int
     arrived_veh: int
-    wait_veh_s: int
+    wait_veh_s: float
     visits: int
-    arrived_wait_veh_s: int
-    travel_veh_s: int
-    refused_changes: int
+    arrived_wait_veh_s: float
+    travel_veh_s: float
+    time_loss_veh_s: float
+    departure_delay_veh_s: float
+    stops: int
+    overruled: int
     arrived_at: npt.NDArray[np.int32]
     queued_at: npt.NDArray[np.int32]
+    co2_g: float = NAN
+    fuel_g: float = NAN
 
     @property
     def wait_per_spawned_s(self) -> float:
@@ -66,7 +84,7 @@ class Measures:
 
     @property
     def mean_queue_veh(self) -> float:
-        """Vehicles waiting in the network, averaged over the run."""
+        """Vehicles waiting, averaged over the run."""
         return _ratio(self.wait_veh_s, self.time_s)
 
     @property
@@ -75,11 +93,88 @@ class Measures:
         return _ratio(self.travel_veh_s, self.spawned_veh)
 
     @property
+    def delay_s(self) -> float:
+        """Mean delay as RESCO defines it: time loss and departure delay, unfinished included."""
+        return _ratio(self.time_loss_veh_s + self.departure_delay_veh_s, self.spawned_veh)
+
+    @property
     def throughput_veh_per_h(self) -> float:
         """Vehicles that arrived, per hour."""
         return _ratio(self.arrived_veh * 3600, self.time_s)
 
+    @property
+    def stops_per_spawned(self) -> float:
+        """Mean number of stops per spawned vehicle."""
+        return _ratio(self.stops, self.spawned_veh)
+
+
+@dataclass(frozen=True, slots=True)
+class Metric:
+    """A number that a run is judged by.
+
+    Attributes
+    ----------
+    label: str
+        What tables call it.
+    unit: str
+    definition: str
+        One sentence.
+    of
+        How it follows from the raw counts.
+    """
+
+    label: str
+    unit: str
+    definition: str
+    of: Callable[[Measures], float]
+
+
+METRICS: dict[str, Metric] = {
+    "delay_s": Metric(
+        "delay",
+        "s",
+        "RESCO's average delay: (time loss + departure delay) per spawned vehicle, with those that "
+        "have not arrived or never departed counted up to the end of the run.",
+        lambda m: m.delay_s,
+    ),
+    "travel_time_s": Metric(
+        "travel time",
+        "s",
+        "CityFlow's average travel time: wished departure to arrival per spawned vehicle; those "
+        "that have not arrived count up to the end of the run.",
+        lambda m: m.travel_time_s,
+    ),
+    "wait_per_spawned_s": Metric(
+        "W, waiting",
+        "s",
+        "The paper's W: time halting in queues or waiting outside for room, per spawned vehicle.",
+        lambda m: m.wait_per_spawned_s,
+    ),
+    "mean_queue_veh": Metric(
+        "mean queue",
+        "veh",
+        "Vehicles that wait, averaged over the run.",
+        lambda m: m.mean_queue_veh,
+    ),
+    "throughput_veh_per_h": Metric(
+        "throughput", "veh/h", "Vehicles that arrived, per hour.", lambda m: m.throughput_veh_per_h
+    ),
+    "stops_per_spawned": Metric(
+        "stops",
+        "per vehicle",
+        "Times that a vehicle came to a halt inside the network, per spawned vehicle.",
+        lambda m: m.stops_per_spawned,
+    ),
+    "co2_g": Metric(
+        "CO2", "g", "Carbon dioxide by SUMO's emission model, all vehicles.", lambda m: m.co2_g
+    ),
+    "fuel_g": Metric(
+        "fuel", "g", "Fuel by SUMO's emission model, all vehicles.", lambda m: m.fuel_g
+    ),
+}
+"""Metrics by name, the same for every simulator; NaN where a simulator does not know."""
+
 
 def _ratio(value: float, count: float) -> float:
     """Divide; a mean over nothing is NaN."""
-    return value / count if count else float("nan")
+    return value / count if count else NAN

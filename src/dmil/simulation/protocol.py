@@ -26,7 +26,7 @@ class Observation:
     approaching_veh: (intersections, orientations) int32
         Vehicles on the link that reach its end within one decision interval.
     phase: (intersections,) int32
-        Phase shown; −1 before the first decision.
+        Phase shown; −1 before the first decision and under the intersection's own program.
     phase_elapsed_s: (intersections,) int32
         Time since that phase turned green.
     time_s: int
@@ -55,8 +55,16 @@ class Simulator(Protocol):
     def horizon_s(self) -> int:
         """Time at which a run ends."""
 
-    def reset(self, vehicles: Vehicles) -> Observation:
-        """Start a run with an empty network and the given journeys; return what is seen at 0 s."""
+    def reset(self, vehicles: Vehicles, seed: int = 0) -> Observation:
+        """Start a run with an empty network and the given journeys; return what is seen at 0 s.
+
+        Parameters
+        ----------
+        vehicles
+            All journeys.
+        seed
+            Seed of chance inside the simulator, such as differences between drivers.
+        """
 
     def advance(self, phases: npt.NDArray[np.integer]) -> Observation:
         """Show the given phases for one decision interval; return what is seen after it.
@@ -64,6 +72,8 @@ class Simulator(Protocol):
         Parameters
         ----------
         phases: (intersections,) int
+            Local numbers of phases; `dmil.simulation.timing.PROGRAM` leaves an intersection to its
+            own fixed-time program.
         """
 
     def measures(self) -> Measures:

@@ -1,7 +1,8 @@
 """Rules between what a controller asks for and what the signals show.
 
-Minimum green, clearance time and start-up lost time are worked out here and nowhere else, once per
-decision; a simulator only compares the time with ``go_from_s``.
+Minimum and maximum green, clearance time and start-up lost time are worked out here and nowhere
+else, once per decision and for every simulator; the queue simulator only compares the time with
+``go_from_s``, SUMO is told the states that follow from it.
 """
 
 from __future__ import annotations
@@ -12,11 +13,18 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.compilation import kernel
+from dmil.errors import InputError
+from dmil.network import RoadNetwork
+from dmil.scenarios import SignalTiming
 
 IntArray = npt.NDArray[np.int32]
+BoolArray = npt.NDArray[np.bool_]
 
 NEVER_S = np.iinfo(np.int32).max
 """``go_from_s`` of a movement that has red."""
+
+PROGRAM = -1
+"""Asked for in place of a phase: the intersection's own fixed-time program."""
 
 
 class Rules(NamedTuple):
@@ -25,57 +33,254 @@ class Rules(NamedTuple):
     decision_interval_s: int
     clearance_s: int
     min_green_s: int
+    max_green_s: int
     startup_lost_s: int
+
+
+class Signals(NamedTuple):
+    """Who may go in which phase.
+
+    Attributes
+    ----------
+    phase_count: (intersections,) int32
+    served: (intersections, phases, orientations) bool
+        Who may go in a phase, the unsignalled movements included.
+    unsignalled: (intersections, orientations) bool
+        Who may always go.
+    """
+
+    phase_count: IntArray
+    served: BoolArray
+    unsignalled: BoolArray
+
+
+class Programs(NamedTuple):
+    """Fixed-time programs of all intersections, their stages one after the other.
+
+    Attributes
+    ----------
+    offset: (intersections + 1,) int32
+        Where the stages of an intersection begin; it has none without a program.
+    end_s: (stages,) int32
+        When a stage ends, counted from the beginning of the cycle.
+    green: (stages, orientations) bool
+        Who may go, the unsignalled movements included.
+    begin_s: (intersections,) int32
+        Place in the cycle at time 0.
+    """
+
+    offset: IntArray
+    end_s: IntArray
+    green: BoolArray
+    begin_s: IntArray
+
+
+def rules_of(timing: SignalTiming) -> Rules:
+    """Return the signal timing of a scenario for kernels (ours)."""
+    return Rules(
+        decision_interval_s=timing.decision_interval_s,
+        clearance_s=timing.clearance_s,
+        min_green_s=timing.min_green_s,
+        max_green_s=timing.max_green_s,
+        startup_lost_s=timing.startup_lost_s,
+    )
+
+
+def signals_of(network: RoadNetwork) -> Signals:
+    """Return who may go in which phase, for all intersections of a network (ours)."""
+    intersections = network.intersections
+    orientations = max(len(item.movements) for item in intersections)
+    phases = max(len(item.phases) for item in intersections)
+    served = np.zeros((len(intersections), phases, orientations), np.bool_)
+    unsignalled = np.zeros((len(intersections), orientations), np.bool_)
+    for i, item in enumerate(intersections):
+        unsignalled[i, list(item.unsignalled)] = True
+        for p, phase in enumerate(item.phases):
+            served[i, p, list(phase | item.unsignalled)] = True
+    phase_count = np.array([len(item.phases) for item in intersections], np.int32)
+    return Signals(phase_count, served, unsignalled)
+
+
+def programs_of(network: RoadNetwork, start_s: int = 0) -> Programs:
+    """Return the fixed-time programs of a network, stages rounded to whole seconds (ours).
+
+    Parameters
+    ----------
+    network
+        The roads and signals.
+    start_s
+        Time of the programs at which a run begins.
+    """
+    orientations = max(len(item.movements) for item in network.intersections)
+    offset, ends, greens, begin = [0], [], [], []
+    for item in network.intersections:
+        stages = item.program.stages if item.program else ()
+        end_s = np.round(np.cumsum([stage.duration_s for stage in stages])).astype(int).tolist()
+        if end_s:
+            end_s[-1] = max(end_s[-1], 1)
+        ends += end_s
+        for stage in stages:
+            green = np.zeros(orientations, np.bool_)
+            green[list(stage.green | item.unsignalled)] = True
+            greens.append(green)
+        offset.append(len(ends))
+        late_s = item.program.offset_s if item.program else 0.0
+        begin.append(round(start_s - late_s) % end_s[-1] if end_s else 0)
+    return Programs(
+        offset=np.array(offset, np.int32),
+        end_s=np.array(ends, np.int32),
+        green=np.array(greens, np.bool_).reshape(len(ends), orientations),
+        begin_s=np.array(begin, np.int32),
+    )
+
+
+def checked_phases(
+    phases: npt.NDArray[np.integer],
+    network: RoadNetwork,
+    signals: Signals,
+    lowest: IntArray,
+    *,
+    where: str,
+) -> IntArray:
+    """Return the phases that a controller chose, for kernels (ours).
+
+    Parameters
+    ----------
+    phases: (intersections,) int
+    network, signals
+        What they are for.
+    lowest: (intersections,) int
+        Least number that may be asked for: 0, or less where a program can be followed.
+    where
+        Name of the scenario.
+
+    Raises
+    ------
+    InputError
+        If there is not one existing phase per intersection, or no program where one is asked for.
+    """
+    counts = signals.phase_count
+    phases = np.asarray(phases)
+    if phases.shape != counts.shape or phases.dtype.kind not in "iu":
+        raise InputError(
+            f"the controller chose phases of shape {phases.shape} and type {phases.dtype}",
+            where=where,
+            expected=f"one whole number for each of the {counts.size} intersections",
+        )
+    wrong = (phases < lowest) | (phases >= counts)
+    if wrong.any():
+        i = int(wrong.argmax())
+        item = network.intersections[i]
+        raise InputError(
+            f"the controller chose phase {phases[i]}",
+            where=f"intersection '{item.id}'",
+            expected=f"a phase from 0 to {counts[i] - 1}"
+            + ("" if item.program else "; it has no program of its own"),
+        )
+    return np.ascontiguousarray(phases, np.int32)
 
 
 @kernel
 def grant(
-    served: npt.NDArray[np.bool_],
-    unsignalled: npt.NDArray[np.bool_],
+    signals: Signals,
     requested: IntArray,
     phase: IntArray,
     green_from_s: IntArray,
     go_from_s: IntArray,
+    switch_s: IntArray,
     time_s: int,
     rules: Rules,
 ) -> int:
-    """Turn requested phases into the phases shown; return how many requests were refused (ours).
+    """Turn requested phases into the phases shown; return how many requests were overruled (ours).
 
-    A change is refused while a clearance runs or the green is younger than ``min_green_s``. A
+    A change is refused while a clearance runs or the green is younger than ``min_green_s``. A green
+    of ``max_green_s`` or more is ended: if the controller does not, the next phase follows. A
     granted change begins with ``clearance_s`` in which only movements go that are green in both
     phases, and unsignalled ones; a movement that had red loses ``startup_lost_s`` more. The first
-    phase of a run needs no clearance.
+    phase of a run, and one after the intersection's own program, needs no clearance.
 
     Parameters
     ----------
-    served: (intersections, phases, orientations) bool
-        Who may go in a phase.
-    unsignalled: (intersections, orientations) bool
-        Who may always go.
+    signals
+        Who may go in which phase.
     requested, phase: (intersections,) int
-        Phases wanted and shown (changed in place; −1 before the first decision).
+        Phases wanted (`PROGRAM` for the intersection's own program) and shown (changed in place; −1
+        before the first decision and under the own program).
     green_from_s: (intersections,) int32
         When the phase shown turned or turns green, changed in place.
     go_from_s: (intersections, orientations) int32
         From when on vehicles of a movement go; `NEVER_S` for red. Changed in place.
+    switch_s: (intersections,) int32
+        When the own program switches next; `NEVER_S` if it is not in charge. Changed in place.
     time_s: int
     rules
         Signal timing.
     """
-    refused = 0
+    served, unsignalled = signals.served, signals.unsignalled
+    overruled = 0
     for i in range(phase.shape[0]):
-        if requested[i] == phase[i]:
+        wanted = requested[i]
+        if wanted == PROGRAM:
+            if switch_s[i] == NEVER_S:
+                phase[i] = -1
+                green_from_s[i] = time_s
+                switch_s[i] = time_s
             continue
-        if phase[i] >= 0 and time_s < green_from_s[i] + rules.min_green_s:
-            refused += 1
+        switch_s[i] = NEVER_S
+        if wanted == phase[i]:
+            too_long = rules.max_green_s > 0 and time_s >= green_from_s[i] + rules.max_green_s
+            if not too_long or signals.phase_count[i] == 1:
+                continue
+            overruled += 1
+            wanted = (wanted + 1) % signals.phase_count[i]
+        elif phase[i] >= 0 and time_s < green_from_s[i] + rules.min_green_s:
+            overruled += 1
             continue
         green_from_s[i] = time_s if phase[i] < 0 else time_s + rules.clearance_s
-        phase[i] = requested[i]
+        phase[i] = wanted
         for j in range(served.shape[2]):
             if unsignalled[i, j]:
                 go_from_s[i, j] = 0
-            elif not served[i, requested[i], j]:
+            elif not served[i, wanted, j]:
                 go_from_s[i, j] = NEVER_S
             elif go_from_s[i, j] == NEVER_S:
                 go_from_s[i, j] = green_from_s[i] + rules.startup_lost_s
-    return refused
+    return overruled
+
+
+@kernel
+def follow_programs(
+    programs: Programs,
+    go_from_s: IntArray,
+    switch_s: IntArray,
+    time_s: int,
+    startup_lost_s: int,
+) -> int:
+    """Let own programs that are due show their next stage; return when the next one is (ours).
+
+    Parameters
+    ----------
+    programs
+        All programs.
+    go_from_s, switch_s
+        See `grant`; changed in place.
+    time_s, startup_lost_s: int
+    """
+    next_s = NEVER_S
+    for i in range(switch_s.shape[0]):
+        if switch_s[i] == NEVER_S:
+            continue
+        if switch_s[i] <= time_s:
+            first, last = programs.offset[i], programs.offset[i + 1] - 1
+            place_s = (time_s + programs.begin_s[i]) % programs.end_s[last]
+            stage = first
+            while programs.end_s[stage] <= place_s:
+                stage += 1
+            switch_s[i] = time_s + programs.end_s[stage] - place_s
+            for j in range(go_from_s.shape[1]):
+                if not programs.green[stage, j]:
+                    go_from_s[i, j] = NEVER_S
+                elif go_from_s[i, j] == NEVER_S:
+                    go_from_s[i, j] = time_s + startup_lost_s
+        next_s = min(next_s, switch_s[i])
+    return next_s

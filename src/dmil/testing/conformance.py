@@ -119,7 +119,8 @@ def difference(before: object, after: object, name: str) -> str | None:
         return _array_difference(before, after, name)
     parts, others = _parts(before), _parts(after)
     if parts is None or others is None:
-        return None if before == after else f"{name}: {before!r} became {after!r}"
+        same = before == after or (before != before and after != after)  # NaN stays NaN
+        return None if same else f"{name}: {before!r} became {after!r}"
     if parts.keys() != others.keys():
         return f"{name}: {len(parts)} parts became {len(others)} or got other names"
     differences = (difference(parts[part], others[part], f"{name}{part}") for part in parts)

@@ -22,7 +22,10 @@ GROWING = (
     "visits",
     "arrived_wait_veh_s",
     "travel_veh_s",
-    "refused_changes",
+    "time_loss_veh_s",
+    "departure_delay_veh_s",
+    "stops",
+    "overruled",
 )
 """Measures that only grow during a run."""
 

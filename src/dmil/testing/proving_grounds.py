@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from dmil.demand import PoissonDemand
-from dmil.network import Intersection, Link, Movement, RoadNetwork, Turn
+from dmil.network import Intersection, Link, Movement, Program, RoadNetwork, Stage, Turn
 from dmil.scenarios import QueueDynamics, Scenario, SignalTiming, scenario
 
 HORIZON_S = 300
@@ -13,6 +13,12 @@ UNEVEN_RATE_VEH_PER_MIN = 8.0
 
 Movements = tuple[Movement, ...]
 
+_LANES: dict[int, tuple[tuple[int, ...], ...]] = {
+    1: ((0, 1),),
+    2: ((0,), (1,)),
+    3: ((0,), (0, 1), (1,)),
+}
+"""Lanes of one, two or three movements on a road of two."""
 _TURNS: Mapping[int, Turn] = {1: "right", 2: "straight", 3: "left"}
 _STEPS_M = ((200.0, 0.0), (0.0, 100.0), (-200.0, 0.0), (0.0, -100.0))
 _AROUND = {
@@ -74,10 +80,14 @@ def _movements(node: str, turns: tuple[Turn, ...] = ("right", "straight", "left"
     }
     return tuple(
         Movement(
-            f"{around[side]}>{node}", f"{node}>{goal}", turn, sides.index(side), 2 / len(ways[side])
+            f"{around[side]}>{node}",
+            f"{node}>{goal}",
+            turn,
+            sides.index(side),
+            _LANES[len(ways[side])][place],
         )
         for side in sides
-        for turn, goal in ways[side]
+        for place, (turn, goal) in enumerate(ways[side])
     )
 
 
@@ -98,7 +108,9 @@ def _two_phases_without_left(node: str) -> Intersection:
         - right
         for axis in range(2)
     )
-    return Intersection(node, movements, phases, right, program=((0, 20.0), (1, 15.0)))
+    return Intersection(
+        node, movements, phases, right, program=Program(tuple(map(Stage, (20.0, 15.0), phases)))
+    )
 
 
 def _single_phase(node: str) -> Intersection:

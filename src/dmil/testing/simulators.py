@@ -141,8 +141,9 @@ def _check_red_and_green(
 
 
 def _crossed(network: RoadNetwork, route: PhaseArray) -> list[tuple[int, int]]:
-    """Return the (intersection, movement) pairs that a route crosses."""
-    return [network.movement_index[pair] for pair in pairwise(route.tolist())]
+    """Return the (intersection, movement) pairs with signals that a route crosses."""
+    known = network.movement_index  # junctions without signals are not in it
+    return [known[pair] for pair in pairwise(route.tolist()) if pair in known]
 
 
 def _signals(network: RoadNetwork, crossed: list[tuple[int, int]]) -> int:

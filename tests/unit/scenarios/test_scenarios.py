@@ -20,13 +20,16 @@ def test_a_grid_has_the_papers_setting():
     assert made.timing.model_dump() == {
         "decision_interval_s": 10,
         "clearance_s": 0,
+        "all_red_s": 0,
         "min_green_s": 0,
+        "max_green_s": 0,
         "startup_lost_s": 0,
     }
     assert made.dynamics.model_dump() == {
         "saturation_flow_veh_per_s": 1.0,
         "storage": False,
         "vehicle_space_m": 7.5,
+        "gap_wait_s": 20,
     }
 
 

@@ -8,6 +8,7 @@ from dmil.demand import Vehicles
 from dmil.network import grid
 from dmil.scenarios import scenario
 from dmil.simulation import Measures, QueueSimulator
+from dmil.simulation.measures import METRICS
 
 MEASURES = Measures(
     time_s=300,
@@ -17,7 +18,10 @@ MEASURES = Measures(
     visits=50,
     arrived_wait_veh_s=90,
     travel_veh_s=2000,
-    refused_changes=0,
+    time_loss_veh_s=700,
+    departure_delay_veh_s=100,
+    stops=60,
+    overruled=0,
     arrived_at=np.zeros(300, np.int32),
     queued_at=np.zeros(300, np.int32),
 )
@@ -33,10 +37,18 @@ MEASURES = Measures(
         ("mean_queue_veh", 2.0),
         ("travel_time_s", 50.0),
         ("throughput_veh_per_h", 240.0),
+        ("delay_s", 20.0),
+        ("stops_per_spawned", 1.5),
     ],
 )
 def test_metrics_by_hand(metric, value):
     assert getattr(MEASURES, metric) == value
+
+
+@pytest.mark.parametrize("name", METRICS)
+def test_metrics_by_name_are_those_of_the_measures(name):
+    value, expected = METRICS[name].of(MEASURES), getattr(MEASURES, name)
+    assert value == expected or (math.isnan(value) and math.isnan(expected))
 
 
 @pytest.mark.parametrize(
@@ -77,4 +89,7 @@ def test_a_run_by_hand():
     assert end.wait_veh_s == end.arrived_wait_veh_s == end.travel_veh_s == 17
     assert end.arrived_at.tolist() == [0] * 10 + [1] + [2] * 6 + [3] * 3
     assert end.queued_at.tolist() == [0] * 2 + [2] * 8 + [1] + [0] * 9
+    # The third one went through without a halt; everything was waited inside the network.
+    assert (halfway.stops, end.stops) == (2, 2)
+    assert (end.time_loss_veh_s, end.departure_delay_veh_s) == (17, 0)
     assert halfway.queued_at.tolist() == [0] * 2 + [2] * 8

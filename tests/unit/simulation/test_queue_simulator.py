@@ -193,7 +193,6 @@ def test_a_vehicle_that_parks_or_only_passes_by(tee):
 def test_travel_times_and_room_come_from_the_roads(tee):
     dynamics = QueueDynamics(storage=True)
     layout = build_layout(replace(scenario("grid:1x1"), network=tee, dynamics=dynamics))
-    assert layout.travel_s.tolist() == [4, 4, 4, 2, 2, 2]
     # 40 m on two lanes hold 10.67 vehicles; roads out of the network never fill.
     assert layout.capacity_veh.tolist() == [10] * 3 + [UNLIMITED_VEH] * 3
 
@@ -205,10 +204,10 @@ def test_entries_without_length_hold_any_number_and_inner_roads_take_a_second():
     made = replace(scenario("grid:1x2", dynamics=dynamics), network=replace(network, links=short))
     layout = build_layout(made)
     inner = [network.link_index["0,0>0,1"], network.link_index["0,1>0,0"]]
-    assert layout.travel_s[inner].tolist() == [1, 1]
+    vehicles = vehicles_on(network, (0, ["W0>0,0", "0,0>0,1", "0,1>E0"]))
+    assert build_trips(made, layout, vehicles).leg_s.tolist() == [0, 1, 0]
     assert layout.capacity_veh[inner].tolist() == [1, 1]
     others = np.delete(np.arange(len(short)), inner)
-    assert set(layout.travel_s[others]) == {0}
     assert set(layout.capacity_veh[others]) == {UNLIMITED_VEH}
 
 
@@ -216,24 +215,28 @@ def test_without_storage_no_road_fills():
     assert set(build_layout(scenario("grid:2x2")).capacity_veh) == {UNLIMITED_VEH}
 
 
-def test_headways_come_from_lanes_and_saturation_flow(tee):
+def test_lanes_are_numbered_in_the_order_of_the_movements_they_serve(tee):
     node = tee.intersections[0]
-    lanes = (1.0, 0.5, 2.0, 1.0, 1.0, 1.0)
+    lanes = ((1,), (0, 1), (0,), (1,), (1,), (0,))
     movements = tuple(replace(m, lanes=k) for m, k in zip(node.movements, lanes, strict=True))
     network = replace(tee, intersections=(replace(node, movements=movements),))
     dynamics = QueueDynamics(saturation_flow_veh_per_s=0.5)
     layout = build_layout(replace(scenario("grid:1x1"), network=network, dynamics=dynamics))
-    assert layout.headway_s.tolist() == [2.0, 4.0, 1.0, 2.0, 2.0, 2.0]
+    assert layout.lane_offset.tolist() == [0, 1, 3, 4, 5, 6, 7]
+    assert layout.lanes.tolist() == [0, 1, 0, 2, 3, 4, 5]
+    assert layout.lane_count == 6
+    assert layout.headway_s.tolist() == [2.0] * 6
 
 
 def test_journeys_name_the_queues_on_the_way():
     made = scenario("grid:1x2")
     network = made.network
     vehicles = vehicles_on(network, (3, ["W0>0,0", "0,0>0,1", "0,1>N1"]), (8, ["N0>0,0", "0,0>W0"]))
-    trips = build_trips(network, build_layout(made), vehicles)
+    trips = build_trips(made, build_layout(made), vehicles)
     assert trips.depart_s.tolist() == [3, 8]
     # From the West straight on is 7, from the West left 8, from the North right 3.
     assert trips.slots.tolist() == [7, 12 + 8, 3]
     assert trips.slot_offset.tolist() == [0, 2, 3]
-    assert [network.links[k].id for k in trips.entry_link] == ["W0>0,0", "N0>0,0"]
-    assert [network.links[k].id for k in trips.exit_link] == ["0,1>N1", "0,0>W0"]
+    legs = [network.links[k].id for k in trips.leg_link]
+    assert legs == ["W0>0,0", "0,0>0,1", "0,1>N1", "N0>0,0", "0,0>W0"]
+    assert trips.leg_s.tolist() == [0, 5, 0, 0, 0]

@@ -61,8 +61,9 @@ def lays_out(**change):
     class Wrong(QueueSimulator):
         def __init__(self):
             super().__init__(SMALL)
-            fields = {name: rule(getattr(self._layout, name)) for name, rule in change.items()}
-            self._layout = self._layout._replace(**fields)
+            signals = self._layout.signals
+            fields = {name: rule(getattr(signals, name)) for name, rule in change.items()}
+            self._layout = self._layout._replace(signals=signals._replace(**fields))
 
     return Wrong
 

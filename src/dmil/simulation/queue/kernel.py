@@ -8,7 +8,9 @@ from dmil.simulation.queue.state import (
     NEXT_VEHICLE,
     NOBODY,
     OUTSIDE,
-    REFUSED,
+    OUTSIDE_STEPS,
+    OVERRULED,
+    STOPS,
     TIME,
     VISITS,
     WAITING,
@@ -18,7 +20,7 @@ from dmil.simulation.queue.state import (
     State,
     Trips,
 )
-from dmil.simulation.timing import Rules, grant
+from dmil.simulation.timing import Rules, follow_programs, grant
 
 
 @kernel
@@ -32,10 +34,10 @@ def advance(
 ) -> None:
     """Show the requested phases and run the network for some steps of 1 s (specification, §2).
 
-    Each step: departures, vehicles that reach the end of their link, discharge, measurements; a
-    vehicle may arrive and leave in the same step. Queues discharge in the order of their slots:
-    with finite storage the first of several queues that lead to one link gets its last place, and
-    a place that a queue frees can be taken by a later one in the same step.
+    Each step: departures, vehicles that reach the end of their leg, discharge, measurements; a
+    vehicle may arrive and leave in the same step. Lanes discharge in their order: with finite
+    storage the first of several lanes that lead to one link gets its last place, and a place that a
+    lane frees can be taken by a later one in the same step.
 
     Parameters
     ----------
@@ -49,45 +51,58 @@ def advance(
         approaching.
     """
     counters = state.counters
-    counters[REFUSED] += grant(
-        layout.served,
-        layout.unsignalled,
+    counters[OVERRULED] += grant(
+        layout.signals,
         requested,
         state.phase,
         state.green_from_s,
         state.go_from_s,
+        state.switch_s,
         counters[TIME],
         rules,
     )
-    # Arrays are taken out of their tuples once: the loop over all slots is the hot one.
-    queue_veh, waiting_steps = state.queue_veh.reshape(-1), state.waiting_steps.reshape(-1)
-    go_from_s, due_front = state.go_from_s.reshape(-1), state.due_front
+    # Arrays are taken out of their tuples once: the loop over all lanes is the hot one.
+    front, due_front = state.front, state.due_front
     depart_s, arrived_at, queued_at = trips.depart_s, state.arrived_at, state.queued_at
-    waiting_steps[:] = 0
-    for time_s in range(counters[TIME], counters[TIME] + steps):
+    begin_s, end_s = counters[TIME], counters[TIME] + steps
+    _count_queued(state, steps)
+    switch_s = begin_s
+    for time_s in range(begin_s, end_s):
+        if switch_s <= time_s:
+            switch_s = follow_programs(
+                layout.programs, state.go_from_s, state.switch_s, time_s, rules.startup_lost_s
+            )
         next_vehicle = counters[NEXT_VEHICLE]
         if next_vehicle < depart_s.shape[0] and depart_s[next_vehicle] <= time_s:
-            _depart(layout, trips, state, time_s)
+            _depart(layout, trips, state, time_s, end_s)
         if counters[OUTSIDE] > 0:
-            _enter_where_room(layout, trips, state, time_s)
+            _enter_where_room(layout, trips, state, time_s, end_s)
         if due_front[time_s % due_front.shape[0]] != NOBODY:
-            _reach_link_ends(trips, state, time_s)
-        for slot in range(queue_veh.shape[0]):
-            if queue_veh[slot] > 0:
-                if go_from_s[slot] <= time_s:
-                    _discharge(layout, trips, state, slot, time_s)
-                waiting_steps[slot] += queue_veh[slot]
+            _reach_leg_ends(layout, trips, state, time_s, end_s)
+        for lane in range(front.shape[0]):
+            if front[lane] != NOBODY:
+                _discharge(layout, trips, state, lane, time_s, end_s)
+        counters[OUTSIDE_STEPS] += counters[OUTSIDE]
         waiting_veh = counters[WAITING] + counters[OUTSIDE]
         counters[WAITING_STEPS] += waiting_veh
         arrived_at[time_s] = counters[ARRIVED]
         queued_at[time_s] = waiting_veh
-    counters[TIME] += steps
+    counters[TIME] = end_s
     _count_approaching(trips, state, rules.decision_interval_s)
 
 
 @kernel
+def _count_queued(state: State, steps: int) -> None:
+    """Count every queued vehicle's steps up to the next decision; who leaves takes his off."""
+    queue_veh, waiting_steps = state.queue_veh, state.waiting_steps
+    for i in range(queue_veh.shape[0]):
+        for j in range(queue_veh.shape[1]):
+            waiting_steps[i, j] = queue_veh[i, j] * steps
+
+
+@kernel
 def _count_approaching(trips: Trips, state: State, within_s: int) -> None:
-    """Count the vehicles that reach the end of their link soon, per slot (specification, §2)."""
+    """Count the vehicles that reach the end of their leg soon, per slot (specification, §2)."""
     counts = state.approaching_veh
     counts[:] = 0
     orientations = counts.shape[1]
@@ -114,14 +129,14 @@ def _append(front: IntArray, back: IntArray, behind: IntArray, place: int, vehic
 
 
 @kernel
-def _depart(layout: Layout, trips: Trips, state: State, time_s: int) -> None:
-    """Let vehicles whose time has come into their entry link, or wait outside while it is full."""
+def _depart(layout: Layout, trips: Trips, state: State, time_s: int, end_s: int) -> None:
+    """Let vehicles whose time has come into the network, or wait outside while it is full."""
     counters = state.counters
     vehicle = counters[NEXT_VEHICLE]
     while vehicle < trips.depart_s.shape[0] and trips.depart_s[vehicle] <= time_s:
-        link = trips.entry_link[vehicle]
+        link = trips.leg_link[state.visit[vehicle] + vehicle]
         if state.outside_front[link] == NOBODY and _has_room(layout, state, link):
-            _enter_link(layout, trips, state, vehicle, link, time_s)
+            _begin_leg(layout, trips, state, vehicle, time_s, end_s)
         else:
             state.joined_s[vehicle] = time_s
             _append(state.outside_front, state.outside_back, state.behind, link, vehicle)
@@ -131,15 +146,15 @@ def _depart(layout: Layout, trips: Trips, state: State, time_s: int) -> None:
 
 
 @kernel
-def _enter_where_room(layout: Layout, trips: Trips, state: State, time_s: int) -> None:
-    """Let vehicles that wait outside into entry links that have room again."""
-    for link in range(layout.travel_s.shape[0]):
+def _enter_where_room(layout: Layout, trips: Trips, state: State, time_s: int, end_s: int) -> None:
+    """Let vehicles that wait outside in where there is room again."""
+    for link in range(layout.capacity_veh.shape[0]):
         while state.outside_front[link] != NOBODY and _has_room(layout, state, link):
             vehicle = state.outside_front[link]
             state.outside_front[link] = state.behind[vehicle]
             state.counters[OUTSIDE] -= 1
             state.waited_s[vehicle] += time_s - state.joined_s[vehicle]
-            _enter_link(layout, trips, state, vehicle, link, time_s)
+            _begin_leg(layout, trips, state, vehicle, time_s, end_s)
 
 
 @kernel
@@ -148,80 +163,108 @@ def _has_room(layout: Layout, state: State, link: int) -> bool:
 
 
 @kernel
-def _enter_link(
-    layout: Layout, trips: Trips, state: State, vehicle: int, link: int, time_s: int
+def _begin_leg(
+    layout: Layout, trips: Trips, state: State, vehicle: int, time_s: int, end_s: int
 ) -> None:
-    """Put a vehicle on a link; on one that takes no time it is at the end at once."""
-    state.occupancy_veh[link] += 1
-    travel_s = layout.travel_s[link]
+    """Send a vehicle to its next stop line; if that takes no time it is there at once."""
+    leg = state.visit[vehicle] + vehicle
+    state.occupancy_veh[trips.leg_link[leg]] += 1
+    travel_s = trips.leg_s[leg]
     if travel_s == 0:
-        _reach_link_end(trips, state, vehicle, time_s)
+        _reach_leg_end(layout, trips, state, vehicle, time_s, end_s)
     else:
         due = (time_s + travel_s) % state.due_front.shape[0]
         _append(state.due_front, state.due_back, state.behind, due, vehicle)
 
 
 @kernel
-def _reach_link_ends(trips: Trips, state: State, time_s: int) -> None:
+def _reach_leg_ends(layout: Layout, trips: Trips, state: State, time_s: int, end_s: int) -> None:
     due = time_s % state.due_front.shape[0]
     vehicle = state.due_front[due]
     state.due_front[due] = NOBODY
     while vehicle != NOBODY:
         following = state.behind[vehicle]
-        _reach_link_end(trips, state, vehicle, time_s)
+        _reach_leg_end(layout, trips, state, vehicle, time_s, end_s)
         vehicle = following
 
 
 @kernel
-def _reach_link_end(trips: Trips, state: State, vehicle: int, time_s: int) -> None:
-    """Join the queue at the end of the link, or arrive if the link was the journey's last."""
-    if state.visit[vehicle] == trips.slot_offset[vehicle + 1]:
-        state.occupancy_veh[trips.exit_link[vehicle]] -= 1
+def _reach_leg_end(
+    layout: Layout, trips: Trips, state: State, vehicle: int, time_s: int, end_s: int
+) -> None:
+    """Join the shortest lane at the stop line, or arrive if the leg was the journey's last."""
+    visit = state.visit[vehicle]
+    if visit == trips.slot_offset[vehicle + 1]:
+        state.occupancy_veh[trips.leg_link[visit + vehicle]] -= 1
         state.arrived_s[vehicle] = time_s
         state.counters[ARRIVED] += 1
         return
-    slot = trips.slots[state.visit[vehicle]]
+    slot = trips.slots[visit]
+    lane = layout.lanes[layout.lane_offset[slot]]
+    for place in range(layout.lane_offset[slot] + 1, layout.lane_offset[slot + 1]):
+        if state.lane_veh[layout.lanes[place]] < state.lane_veh[lane]:
+            lane = layout.lanes[place]
+    _append(state.front, state.back, state.behind, lane, vehicle)
+    state.lane_veh[lane] += 1
     orientations = state.queue_veh.shape[1]
-    _append(state.front, state.back, state.behind, slot, vehicle)
-    state.queue_veh[slot // orientations, slot % orientations] += 1
+    i, j = slot // orientations, slot % orientations
+    state.queue_veh[i, j] += 1
+    state.waiting_steps[i, j] += end_s - time_s
     state.counters[WAITING] += 1
     state.joined_s[vehicle] = time_s
     state.counters[VISITS] += 1
 
 
 @kernel
-def _discharge(layout: Layout, trips: Trips, state: State, slot: int, time_s: int) -> None:
-    """Let the first vehicles of a green queue go, one headway after the other, while there is room.
+def _discharge(
+    layout: Layout, trips: Trips, state: State, lane: int, time_s: int, end_s: int
+) -> None:
+    """Let the first vehicles of a lane go, one headway after the other.
 
-    A vehicle goes in this step if the headway behind the one before it ends within the step.
+    A vehicle goes in this step if it has green, need not give way, finds room, and the headway
+    behind the one before it ends within the step; if not, all behind it wait.
     """
     orientations = state.queue_veh.shape[1]
-    i, j = slot // orientations, slot % orientations
     # 1e-9: three headways of a third of a second are one second.
-    while state.queue_veh[i, j] > 0 and state.ready_s[slot] < time_s + 1 - 1e-9:
-        if not _let_go(layout, trips, state, i, j, slot, time_s):
+    while state.front[lane] != NOBODY and state.ready_s[lane] < time_s + 1 - 1e-9:
+        vehicle = state.front[lane]
+        slot = trips.slots[state.visit[vehicle]]
+        i, j = slot // orientations, slot % orientations
+        if state.go_from_s[i, j] > time_s or _must_yield(
+            layout, state, vehicle, lane, slot, time_s
+        ):
             break
-        state.ready_s[slot] = max(state.ready_s[slot], float(time_s)) + layout.headway_s[slot]
+        link = trips.leg_link[state.visit[vehicle] + 1 + vehicle]
+        if not _has_room(layout, state, link):
+            break
+        state.front[lane] = state.behind[vehicle]
+        state.lane_veh[lane] -= 1
+        state.queue_veh[i, j] -= 1
+        state.waiting_steps[i, j] -= end_s - time_s
+        state.counters[WAITING] -= 1
+        state.counters[STOPS] += time_s > state.joined_s[vehicle]
+        state.occupancy_veh[layout.slot_link[slot]] -= 1
+        state.waited_s[vehicle] += time_s - state.joined_s[vehicle]
+        state.visit[vehicle] += 1
+        state.ready_s[lane] = max(state.ready_s[lane], float(time_s)) + layout.headway_s[slot]
+        _begin_leg(layout, trips, state, vehicle, time_s, end_s)
 
 
 @kernel
-def _let_go(
-    layout: Layout, trips: Trips, state: State, i: int, j: int, slot: int, time_s: int
+def _must_yield(
+    layout: Layout, state: State, vehicle: int, lane: int, slot: int, time_s: int
 ) -> bool:
-    """Move the first vehicle of a queue to its next link; false if that link is full."""
-    vehicle = state.front[slot]
-    visit = state.visit[vehicle] + 1
-    if visit == trips.slot_offset[vehicle + 1]:
-        link = trips.exit_link[vehicle]
-    else:
-        link = layout.slot_link[trips.slots[visit]]
-    if not _has_room(layout, state, link):
+    """Tell whether a queue that has green goes first; nobody waits for a gap for ever."""
+    first, last = layout.yield_offset[slot], layout.yield_offset[slot + 1]
+    if first == last:
         return False
-    state.front[slot] = state.behind[vehicle]
-    state.queue_veh[i, j] -= 1
-    state.counters[WAITING] -= 1
-    state.occupancy_veh[layout.slot_link[slot]] -= 1
-    state.waited_s[vehicle] += time_s - state.joined_s[vehicle]
-    state.visit[vehicle] = visit
-    _enter_link(layout, trips, state, vehicle, link, time_s)
-    return True
+    ahead_since_s = max(state.ready_s[lane], float(state.joined_s[vehicle]))
+    if ahead_since_s + layout.gap_wait_s[0] <= time_s:
+        return False
+    orientations = state.queue_veh.shape[1]
+    for place in range(first, last):
+        foe = layout.yields[place]
+        i, j = foe // orientations, foe % orientations
+        if state.queue_veh[i, j] > 0 and state.go_from_s[i, j] <= time_s:
+            return True
+    return False

@@ -5,119 +5,169 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
+import numpy.typing as npt
 
 from dmil.demand import Vehicles
 from dmil.errors import DemandError
 from dmil.network import RoadNetwork
-from dmil.scenarios import Scenario, SignalTiming
-from dmil.simulation.queue.state import Layout, Trips
-from dmil.simulation.timing import Rules
+from dmil.scenarios import Scenario
+from dmil.simulation.queue.state import IntArray, Layout, Trips
+from dmil.simulation.timing import programs_of, signals_of
 
 UNLIMITED_VEH = np.iinfo(np.int32).max
 
 
 def build_layout(scenario: Scenario) -> Layout:
-    """Flatten a scenario's network and traffic dynamics (specification, §2).
-
-    A link takes its free-flow time, rounded to whole steps; between intersections at least 1 s, so
-    that nobody crosses two intersections within a step. With storage a link holds as many vehicles
-    as have room on its lanes, at least one; without length, or out of the network, any number.
-    """
+    """Flatten a scenario's network and traffic dynamics (specification, §2)."""
     network, dynamics = scenario.network, scenario.dynamics
     intersections = network.intersections
     orientations = max(len(item.movements) for item in intersections)
-    phases = max(len(item.phases) for item in intersections)
     size = len(intersections) * orientations
-    served = np.zeros((len(intersections), phases, orientations), np.bool_)
-    unsignalled = np.zeros((len(intersections), orientations), np.bool_)
     slot_link = np.full(size, -1, np.int32)
-    headway_s = np.ones(size)
+    lane_number: dict[tuple[str, int], int] = {}
+    lanes: list[list[int]] = [[] for _ in range(size)]
+    yields: list[list[int]] = [[] for _ in range(size)]
     for i, item in enumerate(intersections):
-        unsignalled[i, list(item.unsignalled)] = True
-        for p, phase in enumerate(item.phases):
-            served[i, p, list(phase | item.unsignalled)] = True
-        sharing = Counter((m.from_link, lane) for m in item.movements for lane in m.lanes)
+        first = i * orientations
         for j, movement in enumerate(item.movements):
-            slot_link[i * orientations + j] = network.link_index[movement.from_link]
-            lanes = sum(1 / sharing[movement.from_link, lane] for lane in movement.lanes)
-            flow = lanes * dynamics.saturation_flow_veh_per_s
-            headway_s[i * orientations + j] = 1 / flow
-    inner = {item.id for item in intersections}
-    travel_s = np.array(
-        [
-            max(round(link.free_flow_time_s), int({link.start, link.end} <= inner))
-            for link in network.links
-        ],
-        np.int32,
-    )
-    capacity = np.full(len(network.links), UNLIMITED_VEH, np.int32)
-    if dynamics.storage:
-        for k, link in enumerate(network.links):
-            if link.end in inner:
-                room = link.length_m * link.lanes / dynamics.vehicle_space_m
-                capacity[k] = max(1, int(room)) if link.length_m > 0 else UNLIMITED_VEH
+            slot_link[first + j] = network.link_index[movement.from_link]
+            for lane in movement.lanes:
+                number = lane_number.setdefault((movement.from_link, lane), len(lane_number))
+                lanes[first + j].append(number)
+        for j, foes in enumerate(item.gives_way):
+            yields[first + j] = [first + foe for foe in foes]
+    lane_offset, all_lanes = _ragged(lanes)
+    yield_offset, all_yields = _ragged(yields)
+    start_s = scenario.sumo.begin_s if scenario.sumo else 0
     return Layout(
-        phase_count=np.array([len(item.phases) for item in intersections], np.int32),
-        served=served,
-        unsignalled=unsignalled,
+        signals=signals_of(network),
+        programs=programs_of(network, start_s),
         slot_link=slot_link,
-        headway_s=headway_s,
-        travel_s=travel_s,
-        capacity_veh=capacity,
+        lane_offset=lane_offset,
+        lanes=all_lanes,
+        yield_offset=yield_offset,
+        yields=all_yields,
+        headway_s=np.full(size, 1 / dynamics.saturation_flow_veh_per_s),
+        capacity_veh=_capacity(scenario),
+        gap_wait_s=np.array([dynamics.gap_wait_s], np.int32),
     )
 
 
-def rules_of(timing: SignalTiming) -> Rules:
-    """Return the signal timing of a scenario for kernels (ours)."""
-    return Rules(
-        decision_interval_s=timing.decision_interval_s,
-        clearance_s=timing.clearance_s,
-        min_green_s=timing.min_green_s,
-        startup_lost_s=timing.startup_lost_s,
-    )
+def build_trips(scenario: Scenario, layout: Layout, vehicles: Vehicles) -> Trips:
+    """Turn routes over links into the slots that vehicles queue in and the legs between (ours).
 
-
-def build_trips(network: RoadNetwork, layout: Layout, vehicles: Vehicles) -> Trips:
-    """Turn routes over links into the slots that vehicles queue in (ours).
+    A leg takes the free-flow time of its links, or the measured one where the scenario has it,
+    rounded to whole steps; between intersections at least 1 s, so that nobody crosses two within
+    a step.
 
     Raises
     ------
     DemandError
         If a route goes from a link to another that no movement joins.
     """
-    orientations = layout.served.shape[2]
-    links = len(network.links)
-    movement_keys, movement_slots = [], []
-    for i, item in enumerate(network.intersections):
-        for j, movement in enumerate(item.movements):
-            pair = network.link_index[movement.from_link], network.link_index[movement.to_link]
-            movement_keys.append(pair[0] * links + pair[1])
-            movement_slots.append(i * orientations + j)
-    order = np.argsort(np.array(movement_keys, np.int64))
-    keys = np.array(movement_keys, np.int64)[order]
-    slots_of_keys = np.array(movement_slots, np.int32)[order]
-
+    network = scenario.network
     route, offset = vehicles.route_links.astype(np.int64), vehicles.route_offset
     count = vehicles.depart_s.size
     last = np.zeros(route.size, np.bool_)
     last[offset[1:] - 1] = True
-    before = np.flatnonzero(~last[:-1])
-    wanted = route[before] * links + route[before + 1]
-    place = np.minimum(np.searchsorted(keys, wanted), keys.size - 1)
-    if wrong := np.flatnonzero(keys[place] != wanted).tolist():
-        first, second = divmod(int(wanted[wrong[0]]), links)
-        vehicle = int(np.searchsorted(offset, before[wrong[0]], side="right")) - 1
+    before = np.flatnonzero(~last)
+    slot = _slots_of_pairs(network, layout, route[before], route[before + 1])
+    if (slot == _NO_WAY).any():
+        place = before[(slot == _NO_WAY).argmax()]
+        vehicle = int(np.searchsorted(offset, place, side="right")) - 1
         raise DemandError(
-            f"its route goes from link '{network.links[first].id}' to"
-            f" '{network.links[second].id}', which no movement joins",
+            f"its route goes from link '{network.links[route[place]].id}' to"
+            f" '{network.links[route[place + 1]].id}', which no movement joins",
             where=f"vehicle {vehicle}",
             expected="routes along the movements of the network",
             mend="check that network and demand belong together",
         )
+    visits = before[slot != _NO_SIGNAL]
+    slot_offset = np.searchsorted(visits, offset)
+    ends = np.sort(np.concatenate([visits, offset[1:] - 1]))
+    driven_s = np.cumsum(link_times_s(scenario)[route])
+    leg_s = np.round(np.diff(driven_s[ends], prepend=0.0)).astype(np.int32)
+    inner = np.array([link.end in network.intersection_index for link in network.links])
+    first_leg = np.zeros(ends.size, np.bool_)
+    first_leg[slot_offset[:-1] + np.arange(count)] = True
+    leg_s[~first_leg & inner[route[ends]]] = np.maximum(leg_s[~first_leg & inner[route[ends]]], 1)
     return Trips(
         depart_s=vehicles.depart_s.astype(np.int32),
-        slot_offset=(offset - np.arange(count + 1)).astype(np.int32),
-        slots=slots_of_keys[place],
-        entry_link=route[offset[:-1]].astype(np.int32),
-        exit_link=route[offset[1:] - 1].astype(np.int32),
+        slot_offset=slot_offset.astype(np.int32),
+        slots=slot[slot != _NO_SIGNAL].astype(np.int32),
+        leg_link=route[ends].astype(np.int32),
+        leg_s=leg_s,
     )
+
+
+def link_times_s(scenario: Scenario) -> npt.NDArray[np.float64]:
+    """Return the time of an undisturbed vehicle on every link: (links,) float64 (ours)."""
+    if scenario.link_time_s is None:
+        return scenario.network.free_flow_time_s
+    return np.array(scenario.link_time_s, np.float64)
+
+
+_NO_SIGNAL, _NO_WAY = -1, -2
+
+
+def _slots_of_pairs(
+    network: RoadNetwork,
+    layout: Layout,
+    links: npt.NDArray[np.int64],
+    following: npt.NDArray[np.int64],
+) -> npt.NDArray[np.int64]:
+    """Return the slot of every pair of links; negative without a signal or a movement."""
+    count = len(network.links)
+    orientations = layout.slot_link.size // len(network.intersections)
+    known = {
+        first * count + second: i * orientations + j
+        for (first, second), (i, j) in network.movement_index.items()
+    }
+    for first, pairs in enumerate(network.successors):
+        for second, _ in pairs:
+            known.setdefault(first * count + second, _NO_SIGNAL)
+    keys = np.array(sorted(known), np.int64)
+    slots = np.array([known[key] for key in keys.tolist()], np.int64)
+    wanted = links * count + following
+    place = np.minimum(np.searchsorted(keys, wanted), keys.size - 1)
+    return np.where(keys[place] == wanted, slots[place], _NO_WAY)
+
+
+def _capacity(scenario: Scenario) -> IntArray:
+    """Return how many vehicles have room on every link that ends at signals (specification, §2).
+
+    With storage a link holds as many vehicles as have room on its lanes, and on those of links that
+    lead to it over junctions without signals; where these lead to several such links, each gets an
+    equal part. It holds at least one; without length, or out of the network, any number.
+    """
+    network, dynamics = scenario.network, scenario.dynamics
+    capacity = np.full(len(network.links), UNLIMITED_VEH, np.int32)
+    if not dynamics.storage:
+        return capacity
+    upstream: list[list[int]] = [[] for _ in network.links]
+    for junction in network.junctions:
+        for movement in junction.movements:
+            second = network.link_index[movement.to_link]
+            upstream[second].append(network.link_index[movement.from_link])
+    fed: dict[int, set[int]] = {}
+    for k, link in enumerate(network.links):
+        if link.end in network.intersection_index:
+            found, open_links = {k}, [k]
+            while open_links:
+                new = set(upstream[open_links.pop()]) - found
+                found |= new
+                open_links += new
+            fed[k] = found
+    sharing = Counter(link for links in fed.values() for link in links)
+    lane_m = [link.length_m * link.lanes for link in network.links]
+    for k, links in fed.items():
+        room_m = sum(lane_m[link] / sharing[link] for link in links)
+        if room_m > 0:
+            capacity[k] = max(1, int(room_m / dynamics.vehicle_space_m))
+    return capacity
+
+
+def _ragged(rows: list[list[int]]) -> tuple[IntArray, IntArray]:
+    offset = np.zeros(len(rows) + 1, np.int32)
+    np.cumsum([len(row) for row in rows], out=offset[1:])
+    return offset, np.array([value for row in rows for value in row], np.int32)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 
@@ -12,18 +14,21 @@ from dmil.scenarios import Scenario
 from dmil.simulation.measures import Measures
 from dmil.simulation.protocol import Observation
 from dmil.simulation.queue import kernel
-from dmil.simulation.queue.layout import build_layout, build_trips, rules_of
+from dmil.simulation.queue.layout import build_layout, build_trips
 from dmil.simulation.queue.state import (
     ARRIVED,
-    REFUSED,
+    OUTSIDE_STEPS,
+    OVERRULED,
+    STOPS,
     TIME,
     VISITS,
+    WAITING,
     WAITING_STEPS,
-    IntArray,
     State,
     Trips,
     initial_state,
 )
+from dmil.simulation.timing import PROGRAM, checked_phases, rules_of
 
 
 class QueueSimulator:
@@ -38,9 +43,12 @@ class QueueSimulator:
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
         self._layout = build_layout(scenario)
+        has_program = np.diff(self._layout.programs.offset) > 0
+        self._lowest = np.where(has_program, PROGRAM, 0).astype(np.int32)
         self._rules = rules_of(scenario.timing)
         self._vehicles: Vehicles | None = None
         self._trips: Trips
+        self._free_leg_s: npt.NDArray[np.int32]
         self._state: State | None = None
 
     @property
@@ -71,8 +79,8 @@ class QueueSimulator:
             raise InputError("no run has begun", where=self._scenario.name, mend="call reset first")
         return self._state
 
-    def reset(self, vehicles: Vehicles) -> Observation:
-        """Start a run with an empty network and the given journeys.
+    def reset(self, vehicles: Vehicles, seed: int = 0) -> Observation:
+        """Start a run with an empty network and the given journeys; nothing is drawn from the seed.
 
         Raises
         ------
@@ -80,7 +88,10 @@ class QueueSimulator:
             If a route goes over links that no movement joins.
         """
         if vehicles is not self._vehicles:
-            self._trips = build_trips(self.network, self._layout, vehicles)
+            self._trips = build_trips(self._scenario, self._layout, vehicles)
+            if self._scenario.link_time_s is not None:
+                free_flow = replace(self._scenario, link_time_s=None)
+                self._free_leg_s = build_trips(free_flow, self._layout, vehicles).leg_s
             self._vehicles = vehicles
         self._state = initial_state(self._layout, self._trips, self.horizon_s)
         return self._observe()
@@ -91,6 +102,7 @@ class QueueSimulator:
         Parameters
         ----------
         phases: (intersections,) int
+            `PROGRAM` leaves an intersection to its own fixed-time program.
 
         Raises
         ------
@@ -104,12 +116,11 @@ class QueueSimulator:
                 where=self._scenario.name,
                 mend="call reset",
             )
-        requested = self._checked(phases)
         kernel.advance(
             self._layout,
             self._trips,
             self.state,
-            requested,
+            self._checked(phases),
             min(self.decision_interval_s, left_s),
             self._rules,
         )
@@ -123,18 +134,35 @@ class QueueSimulator:
         spawned = int(np.searchsorted(trips.depart_s, time_s))
         done = state.arrived_s[:spawned] >= 0
         end_s = np.where(done, state.arrived_s[:spawned], time_s)
+        wait_veh_s, outside_veh_s = int(counters[WAITING_STEPS]), int(counters[OUTSIDE_STEPS])
         return Measures(
             time_s=time_s,
             spawned_veh=spawned,
             arrived_veh=int(counters[ARRIVED]),
-            wait_veh_s=int(counters[WAITING_STEPS]),
+            wait_veh_s=wait_veh_s,
             visits=int(counters[VISITS]),
             arrived_wait_veh_s=int(state.waited_s[:spawned][done].sum()),
             travel_veh_s=int((end_s - trips.depart_s[:spawned]).sum()),
-            refused_changes=int(counters[REFUSED]),
+            time_loss_veh_s=wait_veh_s - outside_veh_s + self._slow_veh_s(),
+            departure_delay_veh_s=outside_veh_s,
+            stops=int(counters[STOPS] + counters[WAITING]),
+            overruled=int(counters[OVERRULED]),
             arrived_at=state.arrived_at[:time_s].copy(),
             queued_at=state.queued_at[:time_s].copy(),
         )
+
+    def _slow_veh_s(self) -> float:
+        """Return the time lost on links whose measured times are above those of free flow.
+
+        A leg counts when the intersection at its end has been crossed.
+        """
+        if self._scenario.link_time_s is None:
+            return 0.0
+        state, trips = self.state, self._trips
+        first = trips.slot_offset[:-1] + np.arange(len(trips.depart_s))
+        crossed = state.visit + np.arange(len(trips.depart_s)) + (state.arrived_s >= 0)
+        slow_s = np.concatenate([[0.0], np.cumsum(trips.leg_s - self._free_leg_s)])
+        return float((slow_s[crossed] - slow_s[first]).sum())
 
     def _observe(self) -> Observation:
         state = self.state
@@ -147,21 +175,6 @@ class QueueSimulator:
             time_s=time_s,
         )
 
-    def _checked(self, phases: npt.NDArray[np.integer]) -> IntArray:
-        counts = self._layout.phase_count
-        phases = np.asarray(phases)
-        if phases.shape != counts.shape or phases.dtype.kind not in "iu":
-            raise InputError(
-                f"the controller chose phases of shape {phases.shape} and type {phases.dtype}",
-                where=self._scenario.name,
-                expected=f"one whole number for each of the {counts.size} intersections",
-            )
-        wrong = (phases < 0) | (phases >= counts)
-        if wrong.any():
-            i = int(wrong.argmax())
-            raise InputError(
-                f"the controller chose phase {phases[i]}",
-                where=f"intersection '{self.network.intersections[i].id}'",
-                expected=f"a phase from 0 to {counts[i] - 1}",
-            )
-        return np.ascontiguousarray(phases, np.int32)
+    def _checked(self, phases: npt.NDArray[np.integer]) -> npt.NDArray[np.int32]:
+        signals, where = self._layout.signals, self._scenario.name
+        return checked_phases(phases, self.network, signals, self._lowest, where=where)

@@ -2,7 +2,9 @@
 
 Parameters (`Layout`), journeys (`Trips`) and state (`State`) are separate; the kernel moves the
 state and never allocates. An *orientation* is one entry of the state vector of an intersection; the
-flat index ``slot = intersection * orientations + orientation`` names it network-wide.
+flat index ``slot = intersection * orientations + orientation`` names it network-wide. Vehicles
+queue in lanes; a lane may serve several orientations of its link. A *leg* of a journey is the way
+to the next stop line, or from the last one to the end; junctions without signals lie within legs.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dmil.simulation.timing import NEVER_S
+from dmil.simulation.timing import NEVER_S, Programs, Signals
 
 IntArray = npt.NDArray[np.int32]
 LongArray = npt.NDArray[np.int64]
@@ -22,9 +24,20 @@ BoolArray = npt.NDArray[np.bool_]
 NOBODY = -1
 """End of a linked list of vehicles."""
 
-TIME, NEXT_VEHICLE, ARRIVED, WAITING, WAITING_STEPS, VISITS, OUTSIDE, REFUSED = range(8)
+(
+    TIME,
+    NEXT_VEHICLE,
+    ARRIVED,
+    WAITING,
+    WAITING_STEPS,
+    VISITS,
+    OUTSIDE,
+    OVERRULED,
+    OUTSIDE_STEPS,
+    STOPS,
+) = range(10)
 """Places of the scalars in ``State.counters``."""
-COUNTERS = 8
+COUNTERS = 10
 
 
 class Layout(NamedTuple):
@@ -32,30 +45,51 @@ class Layout(NamedTuple):
 
     Attributes
     ----------
-    phase_count: (intersections,) int32
-    served: (intersections, phases, orientations) bool
-        Who may go in a phase, the unsignalled movements included.
-    unsignalled: (intersections, orientations) bool
+    signals: Signals
+        Who may go in which phase.
+    programs: Programs
+        The intersections' own fixed-time programs.
     slot_link: (slots,) int32
         Link on which the queue of a slot stands; −1 where a slot is padding.
+    lane_offset: (slots + 1,) int32
+        Where the lanes of a slot begin in ``lanes``.
+    lanes: (lanes of all slots,) int32
+        Network-wide numbers of the lanes that serve each slot.
+    yield_offset: (slots + 1,) int32
+        Where those begin in ``yields`` to whom a slot gives way.
+    yields: (priorities,) int32
+        Slots.
     headway_s: (slots,) float64
-        Time between two vehicles at saturation flow, all lanes of the movement together.
-    travel_s: (links,) int32
+        Time between two vehicles of a slot on one lane at saturation flow.
     capacity_veh: (links,) int32
-        Most vehicles on a link, moving and queued; a huge number where storage is unlimited.
+        Most vehicles on a link and on the links that only lead to it, moving and queued; a huge
+        number where storage is unlimited.
+    gap_wait_s: (1,) int32
+        Longest wait of a vehicle that gives way.
     """
 
-    phase_count: IntArray
-    served: BoolArray
-    unsignalled: BoolArray
+    signals: Signals
+    programs: Programs
     slot_link: IntArray
+    lane_offset: IntArray
+    lanes: IntArray
+    yield_offset: IntArray
+    yields: IntArray
     headway_s: FloatArray
-    travel_s: IntArray
     capacity_veh: IntArray
+    gap_wait_s: IntArray
+
+    @property
+    def lane_count(self) -> int:
+        """Number of lanes in which vehicles queue."""
+        return int(self.lanes.max(initial=-1)) + 1
 
 
 class Trips(NamedTuple):
     """Every journey of a run, drawn before it starts.
+
+    A vehicle's legs are one more than its slots: leg k of vehicle v, which leads to its slot k or
+    to its goal, has the number ``slot_offset[v] + v + k``.
 
     Attributes
     ----------
@@ -64,14 +98,17 @@ class Trips(NamedTuple):
         Where the journey of a vehicle begins in ``slots``.
     slots: (intersection visits,) int32
         The slots that each vehicle queues in, one after the other.
-    entry_link, exit_link: (vehicles,) int32
+    leg_link: (legs,) int32
+        Link whose room a vehicle takes up on a leg: the last one.
+    leg_s: (legs,) int32
+        Time that an undisturbed vehicle needs.
     """
 
     depart_s: IntArray
     slot_offset: IntArray
     slots: IntArray
-    entry_link: IntArray
-    exit_link: IntArray
+    leg_link: IntArray
+    leg_s: IntArray
 
 
 class State(NamedTuple):
@@ -79,29 +116,34 @@ class State(NamedTuple):
 
     Attributes
     ----------
-    counters: (8,) int64
+    counters: (10,) int64
         Time in s, next vehicle to depart, vehicles arrived, vehicles waiting, vehicle-steps waited,
-        intersection visits begun, vehicles that wait outside for room, phase changes refused.
+        intersection visits begun, vehicles that wait outside for room, requests overruled,
+        vehicle-steps waited outside, stops.
     phase: (intersections,) int32
-        Phase shown; −1 before the first decision.
+        Phase shown; −1 before the first decision and under the own program.
     green_from_s: (intersections,) int32
         When that phase turned green; in the future during a clearance.
+    switch_s: (intersections,) int32
+        When the own program switches next; `NEVER_S` if it is not in charge.
     go_from_s: (intersections, orientations) int32
         From when on the vehicles of a movement go; `NEVER_S` for red.
     queue_veh: (intersections, orientations) int32
     approaching_veh: (intersections, orientations) int32
         Vehicles that will join the queue within the next decision interval, at the last decision.
-    front, back: (slots,) int32
-        First and last vehicle of a queue.
+    front, back: (lanes,) int32
+        First and last vehicle queued in a lane.
+    lane_veh: (lanes,) int32
+        Vehicles queued in a lane.
     behind: (vehicles,) int32
         Next vehicle in the same list.
-    ready_s: (slots,) float64
+    ready_s: (lanes,) float64
         When the headway behind the last vehicle that went is over.
     occupancy_veh: (links,) int32
     outside_front, outside_back: (links,) int32
-        Vehicles that have departed and find no room on their entry link.
-    due_front, due_back: (longest link in s + 1,) int32
-        Vehicles on the move, by the time (modulo the length) at which they reach their link's end.
+        Vehicles that have departed and find no room on their first leg.
+    due_front, due_back: (longest leg in s + 1,) int32
+        Vehicles on the move, by the time (modulo the length) at which they reach their leg's end.
     visit: (vehicles,) int32
         Place of the vehicle's next slot in ``Trips.slots``.
     joined_s, waited_s, arrived_s: (vehicles,) int32
@@ -115,11 +157,13 @@ class State(NamedTuple):
     counters: LongArray
     phase: IntArray
     green_from_s: IntArray
+    switch_s: IntArray
     go_from_s: IntArray
     queue_veh: IntArray
     approaching_veh: IntArray
     front: IntArray
     back: IntArray
+    lane_veh: IntArray
     behind: IntArray
     ready_s: FloatArray
     occupancy_veh: IntArray
@@ -146,9 +190,10 @@ def initial_state(layout: Layout, trips: Trips, horizon_s: int) -> State:
     horizon_s
         Steps of 1 s that can be recorded.
     """
-    intersections, _, orientations = layout.served.shape
-    slots, links, vehicles = layout.slot_link.size, layout.travel_s.size, trips.depart_s.size
-    calendar = int(layout.travel_s.max(initial=0)) + 1
+    intersections, _, orientations = layout.signals.served.shape
+    lanes, links = layout.lane_count, layout.capacity_veh.size
+    vehicles = trips.depart_s.size
+    calendar = int(trips.leg_s.max(initial=0)) + 1
 
     def zeros(*shape: int) -> IntArray:
         return np.zeros(shape, np.int32)
@@ -160,13 +205,15 @@ def initial_state(layout: Layout, trips: Trips, horizon_s: int) -> State:
         counters=np.zeros(COUNTERS, np.int64),
         phase=np.full(intersections, -1, np.int32),
         green_from_s=zeros(intersections),
+        switch_s=np.full(intersections, NEVER_S, np.int32),
         go_from_s=np.full((intersections, orientations), NEVER_S, np.int32),
         queue_veh=zeros(intersections, orientations),
         approaching_veh=zeros(intersections, orientations),
-        front=empty_lists(slots),
-        back=empty_lists(slots),
+        front=empty_lists(lanes),
+        back=empty_lists(lanes),
+        lane_veh=zeros(lanes),
         behind=empty_lists(vehicles),
-        ready_s=np.zeros(slots),
+        ready_s=np.zeros(lanes),
         occupancy_veh=zeros(links),
         outside_front=empty_lists(links),
         outside_back=empty_lists(links),

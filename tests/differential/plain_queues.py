@@ -1,0 +1,185 @@
+"""The queue simulator in plain Python: dicts, deques, one object per vehicle.
+
+It was written from the specification (§2) and the docstrings. It counts headways in exact
+fractions, where the kernel has floating-point numbers.
+"""
+
+from collections import defaultdict, deque
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+
+@dataclass(eq=False)
+class Car:
+    number: int
+    route: list[int]
+    place: int = 0
+    joined: int = 0
+    waited: int = 0
+    arrived: int = -1
+
+
+@dataclass
+class Light:
+    shown: int | None = None
+    green_from: int = 0
+    go_from: dict[int, int] = field(default_factory=dict)
+
+
+class PlainQueues:
+    """The queue simulator, as one would explain it."""
+
+    def __init__(self, scenario, vehicles):
+        self.network, self.rules = scenario.network, scenario.timing
+        self.now = self.overruled = self.visits = self.waiting_steps = self.blocked = 0
+        self.outside_steps = self.stops = self.yielded = self.impatient = 0
+        self.gap_wait = scenario.dynamics.gap_wait_s
+        self.lights = [Light() for _ in self.network.intersections]
+        flow = Fraction(scenario.dynamics.saturation_flow_veh_per_s).limit_denominator(50)
+        self.headway, self.ready = 1 / flow, defaultdict(Fraction)
+        self.lanes, self.lanes_of = {}, {}
+        for i, node in enumerate(self.network.intersections):
+            for j, movement in enumerate(node.movements):
+                self.lanes_of[i, j] = [(movement.from_link, k) for k in movement.lanes]
+                for lane in self.lanes_of[i, j]:
+                    self.lanes.setdefault(lane, deque())
+        self.waited_at = defaultdict(int)
+        self.time_on, self.most_on = {}, {}
+        for number, link in enumerate(self.network.links):
+            self.time_on[number] = self._travel_time(link)
+            self.most_on[number] = self._capacity(link, scenario.dynamics)
+        self.on_link = {number: set() for number in self.time_on}
+        self.moving = {number: deque() for number in self.time_on}
+        self.outside = {number: deque() for number in self.time_on}
+        self.cars = [Car(v, vehicles.route(v).tolist()) for v in range(len(vehicles))]
+        self.departing = defaultdict(list)
+        for car, second in zip(self.cars, vehicles.depart_s.tolist(), strict=True):
+            self.departing[second].append(car)
+
+    def _travel_time(self, link):
+        seconds = round(link.length_m / link.speed_m_per_s)
+        if link.start in self.network.fringe or link.end in self.network.fringe:
+            return seconds
+        return max(1, seconds)
+
+    def _capacity(self, link, dynamics):
+        if not dynamics.storage or link.length_m == 0 or link.end in self.network.fringe:
+            return float("inf")
+        return max(1, int(link.length_m * link.lanes / dynamics.vehicle_space_m))
+
+    def decide(self, wanted):
+        """Change the lights as far as the rules allow."""
+        self.waited_at.clear()
+        for node, light, phase in zip(self.network.intersections, self.lights, wanted, strict=True):
+            green_s, longest_s = self.now - light.green_from, self.rules.max_green_s
+            first = light.shown is None
+            if phase == light.shown:
+                if not longest_s or green_s < longest_s or len(node.phases) == 1:
+                    continue
+                self.overruled += 1
+                phase = (phase + 1) % len(node.phases)
+            elif not first and green_s < self.rules.min_green_s:
+                self.overruled += 1
+                continue
+            light.shown = phase
+            light.green_from = self.now + (0 if first else self.rules.clearance_s)
+            had_green, light.go_from = light.go_from, {}
+            for j in node.phases[phase]:
+                light.go_from[j] = had_green.get(j, light.green_from + self.rules.startup_lost_s)
+            for j in node.unsignalled:
+                light.go_from[j] = 0
+
+    def step(self):
+        """Departures, ends of links, discharge, measurements."""
+        for car in self.departing[self.now]:
+            car.joined = self.now
+            self.outside[car.route[0]].append(car)
+        for link, queue in self.outside.items():
+            while queue and self.room_on(link):
+                car = queue.popleft()
+                car.waited += self.now - car.joined
+                self.enter(car)
+        for moving in self.moving.values():
+            while moving and moving[0][0] == self.now:
+                self.reach_end(moving.popleft()[1])
+        for lane, queue in self.lanes.items():
+            self.discharge(lane, queue)
+        for place, count in self.queued().items():
+            self.waited_at[place] += count
+        self.waiting_steps += sum(map(len, self.lanes.values())) + self.waiting_outside
+        self.outside_steps += self.waiting_outside
+        self.now += 1
+
+    def discharge(self, lane, queue):
+        while queue and self.ready[lane] < self.now + 1:
+            car = queue[0]
+            place = self.place_of(car)
+            if not self.has_green(place) or self.must_yield(car, lane, place):
+                return
+            if not self.room_on(car.route[car.place + 1]):
+                self.blocked += 1
+                return
+            queue.popleft()
+            self.ready[lane] = max(self.ready[lane], self.now) + self.headway
+            car.waited += self.now - car.joined
+            self.stops += self.now > car.joined
+            self.on_link[car.route[car.place]].remove(car)
+            car.place += 1
+            self.enter(car)
+
+    def has_green(self, place):
+        return self.now >= self.lights[place[0]].go_from.get(place[1], float("inf"))
+
+    def must_yield(self, car, lane, place):
+        node = self.network.intersections[place[0]]
+        foes = node.gives_way[place[1]] if node.gives_way else ()
+        if not any(self.has_green((place[0], k)) and self.queued()[place[0], k] for k in foes):
+            return False
+        if self.now - max(self.ready[lane], car.joined) >= self.gap_wait:
+            self.impatient += 1
+            return False
+        self.yielded += 1
+        return True
+
+    def place_of(self, car):
+        return self.network.movement_index[car.route[car.place], car.route[car.place + 1]]
+
+    def queued(self):
+        counts = defaultdict(int)
+        for queue in self.lanes.values():
+            for car in queue:
+                counts[self.place_of(car)] += 1
+        return counts
+
+    def room_on(self, link):
+        return len(self.on_link[link]) < self.most_on[link]
+
+    def enter(self, car):
+        link = car.route[car.place]
+        self.on_link[link].add(car)
+        if self.time_on[link] == 0:
+            self.reach_end(car)
+        else:
+            self.moving[link].append((self.now + self.time_on[link], car))
+
+    def reach_end(self, car):
+        if car.place == len(car.route) - 1:
+            self.on_link[car.route[-1]].remove(car)
+            car.arrived = self.now
+            return
+        lanes = self.lanes_of[self.place_of(car)]
+        self.lanes[min(lanes, key=lambda lane: len(self.lanes[lane]))].append(car)
+        car.joined = self.now
+        self.visits += 1
+
+    @property
+    def waiting_outside(self):
+        return sum(map(len, self.outside.values()))
+
+    def approaching(self, within):
+        counts = defaultdict(int)
+        for moving in self.moving.values():
+            for due, car in moving:
+                if due < self.now + within and car.place < len(car.route) - 1:
+                    counts[self.place_of(car)] += 1
+        return counts
