@@ -3,12 +3,22 @@
 from dmil.scenarios.cityflow import cityflow_scenario
 from dmil.scenarios.model import QueueDynamics, Scenario, SignalTiming
 from dmil.scenarios.registry import scenario, scenario_names
+from dmil.scenarios.sumo import (
+    SumoConfiguration,
+    SumoFiles,
+    read_sumo_configuration,
+    sumo_scenario,
+)
 
 __all__ = [
     "QueueDynamics",
     "Scenario",
     "SignalTiming",
+    "SumoConfiguration",
+    "SumoFiles",
     "cityflow_scenario",
+    "read_sumo_configuration",
     "scenario",
     "scenario_names",
+    "sumo_scenario",
 ]

@@ -9,8 +9,11 @@ from dmil.demand import Demand, PoissonDemand, ScalableDemand
 from dmil.demand.vehicles import check_load
 from dmil.errors import InputError, unknown_name
 from dmil.network import grid
+from dmil.network.sumo.reader import Phases
 from dmil.scenarios.cityflow import cityflow_scenario, find_cityflow_files
 from dmil.scenarios.model import QueueDynamics, Scenario, SignalTiming
+from dmil.scenarios.resco import PREFIX, RESCO, find_resco_configuration
+from dmil.scenarios.sumo import sumo_scenario
 
 GRID_HORIZON_S = 300
 
@@ -21,6 +24,8 @@ _NAMES = {
     "grid:ROWSxCOLUMNS": "any other grid, with the paper's rates at each of its fringe nodes",
     "cityflow:FOLDER": "a folder with one roadnet*.json and one flow file, in CityFlow's format",
     "cityflow:FOLDER#FLOW_FILE": "the same, where the folder has several flow files",
+    "sumo:FILE.sumocfg": "a SUMO configuration with its network, routes, begin and end",
+    **RESCO,
 }
 
 
@@ -37,26 +42,51 @@ def scenario(
     timing: SignalTiming | None = None,
     dynamics: QueueDynamics | None = None,
     demand: Demand | None = None,
+    begin_s: int | None = None,
+    phases: Phases | None = None,
 ) -> Scenario:
-    """Return a scenario by its name (grids: paper, §VI; others ours).
+    """Return a scenario by its name (grids: paper, §VI; resco: RESCO; others ours).
 
     Parameters
     ----------
     name
-        ``grid:ROWSxCOLUMNS``, ``cityflow:FOLDER`` or ``cityflow:FOLDER#FLOW_FILE``.
+        ``grid:ROWSxCOLUMNS``, ``cityflow:FOLDER``, ``cityflow:FOLDER#FLOW_FILE``,
+        ``sumo:FILE.sumocfg`` or one of the RESCO benchmark such as ``resco/cologne1``.
     horizon_s
         Length of a run in seconds; 300 for grids, for recorded demand its own.
     load
         Factor on the demand.
     timing, dynamics, demand
         Instead of the scenario's own.
+    begin_s, phases
+        Of scenarios from SUMO's files only, see `sumo_scenario`.
 
     Raises
     ------
     InputError
         If there is no such scenario, or its files or the options are not valid.
+    MissingExtraError
+        If it needs a package that is not installed.
     """
     kind, _, rest = name.partition(":")
+    if name.startswith(PREFIX) or (kind == "sumo" and rest):
+        made = sumo_scenario(
+            find_resco_configuration(name) if name.startswith(PREFIX) else rest,
+            begin_s=begin_s,
+            horizon_s=horizon_s,
+            phases=phases or "program",
+            timing=timing,
+            dynamics=dynamics,
+            name=name,
+        )
+        return with_load(made if demand is None else replace(made, demand=demand), load)
+    if begin_s is not None or phases is not None:
+        raise InputError(
+            f"the scenario '{name}' has neither a begin nor phases to choose",
+            where="scenario",
+            expected="a scenario from SUMO's files where begin or phases are given",
+            mend="leave them out",
+        )
     if kind == "grid":
         rows, columns = _grid_size(name)
         made = Scenario(

@@ -291,7 +291,7 @@ def _count(departures: Listed | Drawn) -> int:
 
 def _mean(weights: Mapping[float, float]) -> float:
     total = sum(weight * value for value, weight in weights.items())
-    return float(total / sum(weights.values()))
+    return round(total / sum(weights.values()), 3)
 
 
 def _reasons(remarks: Iterable[DemandRemark]) -> str:
