@@ -17,7 +17,7 @@ from dmil.interop.picture import Picture
 from dmil.rewards import Reward, make_reward
 from dmil.scenarios import Scenario, scenario
 from dmil.scenarios.registry import with_load
-from dmil.simulation import Observation, QueueSimulator, Simulator
+from dmil.simulation import Observation, Simulator, make_simulator
 from dmil.simulation.measures import METRICS
 from dmil.training import vehicles_of_seed
 
@@ -78,7 +78,11 @@ class Episodes:
         self.rewards: npt.NDArray[np.float64] | None = None
         self._observation: Observation | None = None
         self._picture: Picture | None = None
-        self.simulator = _simulator(simulator, self.scenario)
+        self.simulator = (
+            make_simulator(self.scenario, simulator)
+            if isinstance(simulator, str)
+            else simulator(self.scenario)
+        )
 
     @property
     def observation(self) -> Observation:
@@ -214,11 +218,3 @@ def _scenario(made: str | Scenario, horizon_s: int | None, load: float) -> Scena
         return scenario(made, horizon_s=horizon_s, load=load)
     made = with_load(made, load)
     return made if horizon_s is None else replace(made, horizon_s=horizon_s)
-
-
-def _simulator(kind: str | Callable[[Scenario], Simulator], made: Scenario) -> Simulator:
-    if callable(kind):
-        return kind(made)
-    if kind != "queue":
-        raise unknown_name("simulator", kind, ["queue"])
-    return QueueSimulator(made)

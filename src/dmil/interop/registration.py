@@ -6,6 +6,7 @@ import gymnasium
 
 ENVIRONMENTS: dict[str, dict[str, str]] = {
     "dmil/Queue1x1-v0": {"scenario": "grid:1x1", "simulator": "queue"},
+    "dmil/Sumo1x1-v0": {"scenario": "grid:1x1", "simulator": "sumo"},
 }
 """The registered names and what they stand for; other parameters go to ``gymnasium.make``."""
 

@@ -182,7 +182,8 @@ def parallel_env(
     scenario
         Name of a scenario, such as ``grid:5x5``, or a scenario.
     simulator
-        Name of the simulator, or a function that makes one for a scenario.
+        Name of the simulator (`dmil.simulation.SIMULATORS`), or a function that makes one for a
+        scenario.
     reward
         Name or import path of the reward, or a function as `dmil.rewards.Reward` describes.
     horizon_s

@@ -77,7 +77,7 @@ def test_networks_of_all_shapes_fit():
         drawn = Picture(network).draw(seen(network, phase=0), network.name)
         assert drawn.dtype == np.uint8
         assert drawn.shape[2] == 3
-        assert max(drawn.shape) <= 776
+        assert max(drawn.shape) <= 1136
         assert len(painted(drawn, GREEN)) > 0
 
 

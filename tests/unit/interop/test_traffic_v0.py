@@ -1,5 +1,7 @@
 """The PettingZoo environments: PettingZoo's own tests, spaces, seeds, actions."""
 
+import contextlib
+
 import numpy as np
 import pytest
 from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, seed_test
@@ -22,6 +24,34 @@ def test_pettingzoos_tests_pass():
     api_test(env("grid:2x2"), num_cycles=70)
     seed_test(lambda: env("grid:2x2"), num_cycles=20)
     state_test(env("grid:2x2"), parallel_env("grid:2x2"))
+
+
+@pytest.mark.parametrize("simulator", ["sumo", "sumo-meso"])
+def test_pettingzoos_tests_pass_in_sumo(simulator):
+    pytest.importorskip("libsumo", reason="needs the extra sumo")
+
+    def short(make):
+        return make("grid:2x2", simulator, horizon_s=100)
+
+    with short(parallel_env) as made:
+        parallel_api_test(made, num_cycles=25)
+    parallel_seed_test(lambda: short(parallel_env), num_cycles=10)
+    with contextlib.closing(short(env)) as made:
+        api_test(made, num_cycles=25)
+    seed_test(lambda: short(env), num_cycles=10)
+
+
+def test_closing_ends_sumo_and_a_reset_begins_anew():
+    pytest.importorskip("libsumo", reason="needs the extra sumo")
+    with parallel_env("grid:1x1", "sumo") as made:
+        made.reset(seed=0)
+        made.step({"0,0": 0})
+        made.close()
+        with pytest.raises(InputError, match=r"no run is under way.*Call reset"):
+            made.step({"0,0": 0})
+        made.close()
+        made.reset(seed=0)
+        assert made.step({"0,0": 0})[4]["0,0"]["time_s"] == 10
 
 
 def test_pettingzoos_tests_pass_where_intersections_differ(mixed_scenario):
