@@ -21,6 +21,10 @@ SCENARIO_OPTIONS = (
     Option("scenario", "--scenario", "Scenario"),
     Option("roadnet", "--roadnet", "Scenario", "FILE"),
     Option("flow", "--flow", "Scenario", "FILE"),
+    Option("net", "--net", "Scenario", "FILE"),
+    Option("routes", "--routes", "Scenario", "FILE,FILE"),
+    Option("begin_s", "--begin", "Scenario"),
+    Option("phases", "--phases", "Scenario", "program|derived"),
     Option("horizon_s", "--steps", "Scenario"),
     Option("load", "--load", "Scenario"),
     Option("timing.decision_interval_s", "--decision-interval", _SIGNALS),
@@ -126,7 +130,7 @@ def assignments(texts: list[str]) -> dict[str, Any]:
 
 def with_scenario_of(recipe: ScenarioRecipe, policy: Policy | None) -> ScenarioRecipe:
     """Return the parts of a scenario, taken from a policy's training if none is named (ours)."""
-    named = recipe.scenario or recipe.roadnet or recipe.flow
+    named = recipe.scenario or recipe.roadnet or recipe.flow or recipe.net or recipe.routes
     if named or policy is None or "recipe" not in policy.training:
         return recipe_of(recipe)
     trained = ScenarioRecipe(**policy.training["recipe"]).model_dump()
@@ -148,7 +152,7 @@ def recipe_of(settings: ScenarioRecipe) -> ScenarioRecipe:
 
 def complete_scenario(settings: ScenarioRecipe) -> dict[str, Any]:
     """Return what a scenario would fill in: horizon, signal timing, queue dynamics (ours)."""
-    if not (settings.scenario or settings.roadnet):
+    if not (settings.scenario or settings.roadnet or settings.net):
         return {}
     made = recipe_of(settings).build()
     return {

@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.errors import InputError
+from dmil.network.sumo.reader import Phases
 from dmil.scenarios.cityflow import cityflow_scenario
 from dmil.scenarios.model import (
     HIGHEST_LOAD,
@@ -18,6 +19,7 @@ from dmil.scenarios.model import (
     SignalTiming,
 )
 from dmil.scenarios.registry import scenario, with_load
+from dmil.scenarios.sumo import SumoConfiguration, sumo_scenario
 
 
 def _changed(kind: type[BaseModel], name: str) -> Any:
@@ -66,6 +68,24 @@ class ScenarioRecipe(BaseModel):
     flow: Path | None = Field(
         None, description="Vehicles in CityFlow's format, on the roads of that network."
     )
+    net: Path | None = Field(
+        None, description="Road network of SUMO (.net.xml); with routes, instead of a name."
+    )
+    routes: tuple[Path, ...] = Field(
+        (), description="SUMO's route files (.rou.xml) on that network: vehicles, trips, flows."
+    )
+    begin_s: int | None = Field(
+        None,
+        ge=0,
+        le=LONGEST_RUN_S,
+        description="SUMO's second at which a run begins; by default that of the configuration, "
+        "or 0.",
+    )
+    phases: Phases | None = Field(
+        None,
+        description="Phases of a SUMO network: program (those of its own signal programs, the "
+        "default) or derived (from the movements that do not cross).",
+    )
     horizon_s: int | None = Field(
         None,
         ge=1,
@@ -99,17 +119,35 @@ class ScenarioRecipe(BaseModel):
         )
 
     def _named(self) -> Scenario:
-        files = self.roadnet, self.flow
-        if self.scenario is not None and files == (None, None):
-            return scenario(self.scenario, horizon_s=self.horizon_s, load=self.load)
-        if self.scenario is None and self.roadnet is not None and self.flow is not None:
-            made = cityflow_scenario(self.roadnet, self.flow, horizon_s=self.horizon_s)
+        given = [
+            name for name in ("scenario", "roadnet", "flow", "net", "routes") if getattr(self, name)
+        ]
+        if given == ["scenario"]:
+            return scenario(
+                str(self.scenario),
+                horizon_s=self.horizon_s,
+                load=self.load,
+                begin_s=self.begin_s,
+                phases=self.phases,
+            )
+        if given == ["roadnet", "flow"] and self.roadnet and self.flow:
+            if self.begin_s is None and self.phases is None:
+                made = cityflow_scenario(self.roadnet, self.flow, horizon_s=self.horizon_s)
+                return with_load(made, self.load)
+            given += [name for name in ("begin_s", "phases") if getattr(self, name) is not None]
+        if given == ["net", "routes"] and self.net:
+            made = sumo_scenario(
+                SumoConfiguration(self.net, self.routes),
+                begin_s=self.begin_s,
+                horizon_s=self.horizon_s,
+                phases=self.phases or "program",
+            )
             return with_load(made, self.load)
-        given = [name for name in ("scenario", "roadnet", "flow") if getattr(self, name)]
         raise InputError(
             f"only {given[0]}" if len(given) == 1 else " and ".join(given) or "none is given",
             where="scenario",
-            expected="either the name of a scenario, such as grid:5x5, or both roadnet and flow",
+            expected="either the name of a scenario, such as grid:5x5, or both roadnet and flow, "
+            "or both net and routes",
         )
 
 
