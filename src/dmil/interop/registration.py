@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import gymnasium
 
+SINGLE = {"1x1": "grid:1x1", "Cologne1": "resco/cologne1", "Ingolstadt1": "resco/ingolstadt1"}
+"""Scenarios with one intersection, by what they are called in a registered name."""
+
 ENVIRONMENTS: dict[str, dict[str, str]] = {
-    "dmil/Queue1x1-v0": {"scenario": "grid:1x1", "simulator": "queue"},
-    "dmil/Sumo1x1-v0": {"scenario": "grid:1x1", "simulator": "sumo"},
+    f"dmil/{simulator.capitalize()}{called}-v0": {"scenario": scenario, "simulator": simulator}
+    for simulator in ("queue", "sumo")
+    for called, scenario in SINGLE.items()
 }
 """The registered names and what they stand for; other parameters go to ``gymnasium.make``."""
 
