@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from dmil.network import Intersection, RoadNetwork, shape_signature
+from dmil.network import Intersection, RoadNetwork, exit_sides, shape_signature
 from dmil.symmetry import Classes, Embedding, SymmetryGroup, build_classes, find_group
 
 IntArray = npt.NDArray[np.int32]
@@ -64,18 +64,10 @@ def classes_of(network: RoadNetwork, embedding: Embedding) -> Classes:
 
 
 def _symmetries(intersection: Intersection, network: RoadNetwork) -> SymmetryGroup:
-    """Find which relabellings of the sides fit; a side is the node that lies there."""
-    links = {link.id: link for link in network.links}
-    sides: dict[str, int] = {}
-    origin = [
-        sides.setdefault(links[movement.from_link].start, len(sides))
-        for movement in intersection.movements
-    ]
-    goal = [
-        sides.setdefault(links[movement.to_link].end, len(sides))
-        for movement in intersection.movements
-    ]
-    served = np.zeros((len(intersection.phases), len(origin)), np.bool_)
+    """Find which relabellings of the sides fit."""
+    served = np.zeros((len(intersection.phases), len(intersection.movements)), np.bool_)
     for p, phase in enumerate(intersection.phases):
         served[p, sorted(phase | intersection.unsignalled)] = True
-    return find_group(origin, goal, [m.turn for m in intersection.movements], served)
+    origin = [movement.approach for movement in intersection.movements]
+    turn = [movement.turn for movement in intersection.movements]
+    return find_group(origin, exit_sides(network, intersection), turn, served)

@@ -188,7 +188,8 @@ def _with_phases(
 def _program(
     served: list[tuple[frozenset[int], float]], unsignalled: frozenset[int]
 ) -> Program | None:
-    stages = tuple(Stage(time_s, phase - unsignalled) for phase, time_s in served if time_s > 0)
+    greens = [(time_s, phase - unsignalled) for phase, time_s in served if time_s > 0]
+    stages = tuple(Stage(time_s, green, clearance=not green) for time_s, green in greens)
     return Program(stages) if any(stage.green for stage in stages) else None
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -19,6 +20,8 @@ import numpy.typing as npt
 
 Turn = Literal["right", "straight", "left", "uturn"]
 TURNS: tuple[Turn, ...] = ("right", "straight", "left", "uturn")
+SAME_SIDE_RAD = math.radians(30)
+"""Roads into and out of an intersection that differ by less are on one side."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,10 +90,13 @@ class Stage:
     green
         Local indices of the movements that may go, unsignalled ones left out; none or fewer during
         a clearance.
+    clearance
+        Whether it is yellow or all-red between two phases, even if somebody still has green.
     """
 
     duration_s: float
     green: frozenset[int]
+    clearance: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,13 +163,13 @@ class Intersection:
 
     @property
     def planned_green_s(self) -> dict[int, float]:
-        """Phase to seconds of green in the program; phases that it does not show are missing."""
-        stages = self.program.stages if self.program else ()
-        return {
-            self.phases.index(stage.green): stage.duration_s
-            for stage in stages
-            if stage.green in self.phases
-        }
+        """Phase to seconds of green per cycle; phases that the program does not show are missing."""
+        found: dict[int, float] = {}
+        for stage in self.program.stages if self.program else ():
+            if stage.green in self.phases and not stage.clearance:
+                phase = self.phases.index(stage.green)
+                found[phase] = found.get(phase, 0.0) + stage.duration_s
+        return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -289,9 +295,11 @@ def shape_signature(intersection: Intersection) -> str:
 def exit_sides(network: RoadNetwork, intersection: Intersection) -> tuple[int, ...]:
     """Return for every movement the side by which it leaves, numbered like the approaches (ours).
 
-    A movement leaves by the side of the approach whose node it goes to; sides that only lead away
-    get the numbers after the approaches. For the paper's intersection a movement from side s
-    leaves by s + 1 (right), s + 2 (straight) or s + 3 (left), modulo 4.
+    A movement leaves by the side of the approach that comes from the node it goes to; where roads
+    into and out of a side have other nodes, such as split carriageways, by that of the approach
+    from the same direction. Sides that only lead away get the numbers after the approaches. For the
+    paper's intersection a movement from side s leaves by s + 1 (right), s + 2 (straight) or s + 3
+    (left), modulo 4.
 
     Parameters
     ----------
@@ -301,15 +309,30 @@ def exit_sides(network: RoadNetwork, intersection: Intersection) -> tuple[int, .
         One of its intersections.
     """
     links, index = network.links, network.link_index
+
+    def direction(node: str) -> float:
+        here, there = network.position_m[intersection.id], network.position_m[node]
+        return math.atan2(there[1] - here[1], there[0] - here[0])
+
     side_of_node: dict[str, int] = {}
     for movement in intersection.movements:
         side_of_node.setdefault(links[index[movement.from_link]].start, movement.approach)
+    goals = dict.fromkeys(links[index[m.to_link]].end for m in intersection.movements)
+    taken = {side_of_node[node] for node in goals if node in side_of_node}
     following = 1 + max(movement.approach for movement in intersection.movements)
-    sides = []
-    for movement in intersection.movements:
-        node = links[index[movement.to_link]].end
-        if node not in side_of_node:
+    for node in goals:
+        if node in side_of_node:
+            continue
+        turns = {
+            origin: abs(math.remainder(direction(node) - direction(origin), math.tau))
+            for origin, side in side_of_node.items()
+            if side not in taken
+        }
+        nearest = min(turns, key=turns.__getitem__, default=None)
+        if nearest is not None and turns[nearest] < SAME_SIDE_RAD:
+            side_of_node[node] = side_of_node[nearest]
+            taken.add(side_of_node[nearest])
+        else:
             side_of_node[node] = following
             following += 1
-        sides.append(side_of_node[node])
-    return tuple(sides)
+    return tuple(side_of_node[links[index[m.to_link]].end] for m in intersection.movements)

@@ -126,7 +126,7 @@ def plan_of(logic: Logic, ways: Ways, links: Links, conflicts: Pairs, *, derive:
             first[phase] = _state(phase, links, actions[0].replace("G", "g"), keep=unsignalled)
         phases, strings, derived = tuple(first), tuple(first.values()), False
     stages = tuple(
-        Stage(stage.duration_s, served(stage.state) - unsignalled)
+        Stage(stage.duration_s, served(stage.state) - unsignalled, stage.state not in actions)
         for stage in logic.stages
         if stage.duration_s > 0
     )
