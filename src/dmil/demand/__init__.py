@@ -9,6 +9,7 @@ from dmil.demand.arrivals import (
 from dmil.demand.cityflow import read_cityflow_flow
 from dmil.demand.rates import PAPER_RATE_VEH_PER_MIN
 from dmil.demand.recorded import FileDemand
+from dmil.demand.sumo import DemandRemark, SumoDemand, read_sumo_routes
 from dmil.demand.vehicles import Demand, ScalableDemand, Vehicles
 
 __all__ = [
@@ -16,10 +17,13 @@ __all__ = [
     "ArrivalProcess",
     "CompoundPoissonDemand",
     "Demand",
+    "DemandRemark",
     "FileDemand",
     "PoissonDemand",
     "ProfileDemand",
     "ScalableDemand",
+    "SumoDemand",
     "Vehicles",
     "read_cityflow_flow",
+    "read_sumo_routes",
 ]
