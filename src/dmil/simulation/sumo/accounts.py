@@ -39,7 +39,6 @@ class Accounts:
         under_way: FloatArray | None,
         *,
         overruled: int,
-        meso: bool,
         emissions: bool,
     ) -> Measures:
         """Return the measures up to now (definitions: `Measures`).
@@ -50,13 +49,13 @@ class Accounts:
             Time since the run began.
         seen
             Where the vehicles in the network are.
-        under_way: (vehicles in the network, 6) float64
-            Number, departure delay, time loss, stops, CO2 and fuel; None after the run, when the
-            output file tells.
+        under_way: (vehicles in the network, 4) float64
+            Number, departure delay, time loss and stops; None after the run, when the output file
+            tells.
         overruled
             Requests that the signal timing rules did not grant.
-        meso, emissions
-            What SUMO runs.
+        emissions
+            Whether SUMO's emission model runs.
         """
         if time_s:
             self._outputs.update()
@@ -64,9 +63,7 @@ class Accounts:
         done = trips[trips[:, 1] >= 0]
         ids, arrival_s = done[:, 0].astype(np.int64), done[:, 1] - self._begin_s
         if under_way is None:
-            under_way = trips[trips[:, 1] < 0][:, [0, 2, 3, 5, 6, 7]]
-        elif meso:
-            under_way = self._with_estimated_loss(under_way, seen, time_s)
+            under_way = trips[trips[:, 1] < 0][:, [0, 2, 3, 5]]
         spawned = int(np.searchsorted(self._depart_s, time_s))
         depart_s = self._depart_s[:spawned]
         # Whoever has neither arrived nor entered waits outside, from departure until now.
@@ -91,16 +88,6 @@ class Accounts:
             overruled=overruled,
             arrived_at=seconds[:, 2],
             queued_at=queued_at,
-            co2_g=float(done[:, 6].sum() + under_way[:, 4].sum()) if emissions else NAN,
-            fuel_g=float(done[:, 7].sum() + under_way[:, 5].sum()) if emissions else NAN,
+            co2_g=float(trips[:, 6].sum()) if emissions else NAN,
+            fuel_g=float(trips[:, 7].sum()) if emissions else NAN,
         )
-
-    def _with_estimated_loss(self, under_way: FloatArray, seen: Seen, time_s: int) -> FloatArray:
-        """Fill in the time loss that the mesoscopic model does not tell before the end (ours).
-
-        It is the time in the network without that of free flow to the beginning of the link.
-        """
-        inside_s = time_s - self._depart_s[seen.vehicle] - under_way[:, 1]
-        result = under_way.copy()
-        result[:, 2] = np.maximum(inside_s - self._ways.free_s[seen.place], 0.0)
-        return result

@@ -36,8 +36,6 @@ class Ways(NamedTuple):
         From the beginning of the link to its stop line, length and time of free flow.
     passed: (places,) int64
         Governed movements crossed before the place.
-    free_s: (places,) float64
-        Free-flow time from the beginning of the route.
     """
 
     offset: IntArray
@@ -47,7 +45,6 @@ class Ways(NamedTuple):
     ahead_m: FloatArray
     ahead_s: FloatArray
     passed: LongArray
-    free_s: FloatArray
 
 
 class Seen(NamedTuple):
@@ -94,7 +91,6 @@ def build_ways(network: RoadNetwork, vehicles: Vehicles) -> Ways:
         ahead_m=to_m[last + 1] - to_m[:-1],
         ahead_s=to_s[last + 1] - to_s[:-1],
         passed=crossed[:-1] - crossed[start],
-        free_s=to_s[:-1] - to_s[start],
     )
 
 

@@ -10,12 +10,9 @@ import numpy.typing as npt
 
 from dmil.network.sumo.records import SumoSignals
 from dmil.scenarios import SignalTiming
-from dmil.simulation.timing import NEVER_S, PROGRAM, Signals, grant, rules_of
+from dmil.simulation.timing import ACTUATED, NEVER_S, PROGRAM, Signals, grant, rules_of
 
 IntArray = npt.NDArray[np.int32]
-
-ACTUATED = -2
-"""Asked for in place of a phase: SUMO's own actuated control of the intersection's program."""
 
 GREEN = "Gg"
 Switch = tuple[int, str, str]

@@ -15,8 +15,8 @@ from dmil.simulation.sumo.accounts import Accounts
 from dmil.simulation.sumo.approaches import Ways, build_ways, count_vehicles, locate
 from dmil.simulation.sumo.files import Model, RunFiles, options, run_files, write_routes
 from dmil.simulation.sumo.process import SumoProcess, require_sumo
-from dmil.simulation.sumo.signals import ACTUATED, SignalHeads
-from dmil.simulation.timing import checked_phases, signals_of
+from dmil.simulation.sumo.signals import SignalHeads
+from dmil.simulation.timing import ACTUATED, checked_phases, signals_of
 
 NO_RUN = -1
 ROUTES, OUTPUT = "vehicles.rou.xml", "output.xml"
@@ -52,9 +52,9 @@ class SumoSimulator:
     -----
     ``queue_veh`` are vehicles slower than 0.1 m/s, ``approaching_veh`` others nearer than one
     decision interval in free flow, on the incoming link or within ``detection_m``.
-    ``visits`` counts the links before stop lines that vehicles have come to. While a mesoscopic run
-    is under way, the time loss of vehicles in the network is estimated from how far they are; after
-    it all measures are SUMO's own.
+    ``visits`` counts the links before stop lines that vehicles have come to. Emissions
+    are those of vehicles that have ended their trip, so until the horizon only of those that have
+    arrived; and so is the time loss of the mesoscopic model.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class SumoSimulator:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What SUMO has warned of in the run under way."""
-        text = self._process.messages if self._process else ""
+        text = self._process.messages if self._process and self._process.end.alive else ""
         return tuple(line for line in text.splitlines() if line.startswith("Warning:"))
 
     def reset(self, vehicles: Vehicles, seed: int = 0) -> Observation:
@@ -181,13 +181,12 @@ class SumoSimulator:
         process = self._running()
         under_way = None
         if self._time_s < self.horizon_s:
-            under_way = np.frombuffer(process.ask("account", self._emissions)).reshape(-1, 6)
+            under_way = np.frombuffer(process.ask("account")).reshape(-1, 4)
         return self._accounts.measures(
             self._time_s,
             locate(self._ways, self._seen),
             under_way,
             overruled=self._heads.overruled,
-            meso=self._model == "meso",
             emissions=self._emissions,
         )
 
@@ -210,7 +209,7 @@ class SumoSimulator:
         return process
 
     def _running(self) -> SumoProcess:
-        if self._process is None or self._time_s == NO_RUN:
+        if self._process is None or not self._process.end.alive or self._time_s == NO_RUN:
             raise InputError("no run is under way", where=self._scenario.name, mend="call reset")
         return self._process
 

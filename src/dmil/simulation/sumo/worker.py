@@ -20,9 +20,8 @@ import libsumo
 
 ACTUATED = "dmil-actuated"
 """Id of the actuated program that is made of an intersection's own one."""
-SHORTEST_GREEN_S, LONGEST_GREEN_S = 5, 50
-"""Range of a green whose duration the file fixes (SUMO's documentation of actuated programs)."""
-MG_PER_G = 1000.0
+SHORTEST_GREEN_S, LONGEST_GREEN_S = 5.0, 50.0
+"""Range of a green whose duration the file fixes; netconvert's own for actuated programs."""
 
 
 class Worker:
@@ -90,21 +89,18 @@ class Worker:
             seen.extend((int(name), route_index(name), position(name), speed(name), on_junction))
         return seen.tobytes()
 
-    def account(self, emissions: bool) -> bytes:
-        """Write all output files out; return six numbers per vehicle in the network as float64.
+    def account(self) -> bytes:
+        """Write all output files out; return four numbers per vehicle in the network as float64.
 
-        These are its number, departure delay in s, time loss in s, stops, CO2 in g and fuel in g.
+        These are its number, departure delay in s, time loss in s, and stops.
         """
         if self._flush_outputs:
             self._flush_outputs()
         vehicle, seen = libsumo.vehicle, array("d")
         for name in vehicle.getIDList():
-            stops = vehicle.getParameter(name, "device.tripinfo.waitingCount")
-            seen.extend((int(name), vehicle.getDepartDelay(name), vehicle.getTimeLoss(name)))
-            seen.append(float(stops))
-            for kind in ("CO2", "fuel"):
-                value = vehicle.getParameter(name, f"device.emissions.{kind}") if emissions else 0
-                seen.append(float(value) / MG_PER_G)
+            stops = int(vehicle.getParameter(name, "device.tripinfo.waitingCount"))
+            delay_s, loss_s = vehicle.getDepartDelay(name), vehicle.getTimeLoss(name)
+            seen.extend((int(name), delay_s, loss_s, stops))
         return seen.tobytes()
 
     def close(self) -> None:
@@ -114,22 +110,28 @@ class Worker:
 
     def _follow(self, name: str, actuated: bool) -> None:
         signals, own = libsumo.trafficlight, self._own_program[name]
-        wanted = ACTUATED if actuated else own
-        if signals.getProgram(name) == wanted:
-            return
         logics = {logic.programID: logic for logic in signals.getAllProgramLogics(name)}
+        fixed = logics[own].type == libsumo.constants.TRAFFICLIGHT_TYPE_STATIC
+        wanted = ACTUATED if actuated and fixed else own
         if wanted not in logics:
-            logic = logics[own]
-            for phase in logic.phases:
-                fixed = phase.minDur == phase.maxDur or phase.minDur < 0
-                if fixed and set("Gg") & set(phase.state) and "y" not in phase.state.lower():
-                    phase.minDur = min(float(SHORTEST_GREEN_S), phase.duration)
-                    phase.maxDur = max(float(LONGEST_GREEN_S), phase.duration)
-            made = libsumo.trafficlight.Logic(
-                wanted, libsumo.constants.TRAFFICLIGHT_TYPE_ACTUATED, 0, logic.phases
-            )
-            signals.setProgramLogic(name, made)
-        signals.setProgram(name, wanted)
+            signals.setProgramLogic(name, _actuated(logics[own]))
+        if signals.getProgram(name) != wanted:
+            signals.setProgram(name, wanted)
+
+
+def _actuated(logic: Any) -> Any:
+    """Return the actuated program of a fixed-time one, as SUMO makes it when it loads one.
+
+    A green keeps the range of durations that the file gives it.
+    """
+    for phase in logic.phases:
+        letters = set(phase.state)
+        if phase.minDur == phase.maxDur and letters & set("Gg") and not letters & set("yY"):
+            phase.minDur, phase.maxDur = SHORTEST_GREEN_S, LONGEST_GREEN_S
+        phase.duration = phase.minDur  # of the stage that it begins with
+    return libsumo.trafficlight.Logic(
+        ACTUATED, libsumo.constants.TRAFFICLIGHT_TYPE_ACTUATED, 0, logic.phases
+    )
 
 
 def main(handle: int, folder: str) -> None:
