@@ -2,6 +2,7 @@
 
 import math
 import pickle
+import re
 
 import pytest
 
@@ -34,7 +35,7 @@ def test_a_grid_has_the_papers_setting():
 
 
 def test_names_that_name_a_grid_work():
-    grids = [name for name in scenario_names() if name[-1].isdecimal()]
+    grids = [name for name in scenario_names() if re.fullmatch(r"grid:[0-9x]+", name)]
     assert len(grids) == 3
     for name in grids:
         assert scenario(name).name == name
