@@ -13,15 +13,14 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from dmil.errors import MissingExtraError, NetworkError
-from dmil.network.model import TURNS, Intersection, Link, Movement, RoadNetwork, Stage
+from dmil.network.model import TURNS, Link, Movement, RoadNetwork
 from dmil.network.sumo.records import SumoSignals
+from dmil.network.sumo.states import signals_of, stages_of
 
 LEAST_LENGTH_M = 0.2
 """SUMO has no shorter lanes."""
 ENTRY_LENGTH_M = 100.0
 """Length of links that the network gives none: vehicles need a road to come from."""
-GREEN_S, YELLOW_S = 20, 3
-"""Stages of the program of an intersection that has none of its own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,8 +47,9 @@ def write_sumo_network(network: RoadNetwork, folder: str | Path) -> WrittenNetwo
 
     Lanes are numbered from the right, as SUMO does: where the right turns of a link use lanes of
     higher numbers than its left turns, the numbers are reversed. A movement's lanes lead to as many
-    lanes side by side. Movements that always may go give way. Links keep their length whatever the
-    picture; those of length 0 get 100 m. Ids lose the characters that SUMO does not take.
+    lanes side by side. Movements that always may go give way. Where a program ends a green without
+    clearance, its last 3 s are yellow. Links keep their length whatever the picture; those of
+    length 0 get 100 m. Ids lose the characters that SUMO does not take.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def write_sumo_network(network: RoadNetwork, folder: str | Path) -> WrittenNetwo
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     names = _Names(network)
-    signals = tuple(_signals(item, names.node[item.id]) for item in network.intersections)
+    signals = tuple(signals_of(item, names.node[item.id]) for item in network.intersections)
     _write(folder / "plain.nod.xml", "nodes", _nodes(network, names))
     _write(folder / "plain.edg.xml", "edges", _edges(network, names))
     _write(folder / "plain.con.xml", "connections", _connections(network, names))
@@ -237,50 +237,13 @@ def _connection(movement: Movement, lane: int, target: int, names: _Names, **sig
     return _element("connection", **edges, fromLane=lane, toLane=target, **signal)
 
 
-def _signals(item: Intersection, name: str) -> SumoSignals:
-    first, links = 0, []
-    for movement in item.movements:
-        links.append(tuple(range(first, first + len(movement.lanes))))
-        first += len(movement.lanes)
-    states = tuple(_state(item, phase) for phase in item.phases)
-    return SumoSignals(name, states, tuple(links))
-
-
-def _state(item: Intersection, green: frozenset[int], losing: frozenset[int] = frozenset()) -> str:
-    """Return the state in which some movements have green and some yellow."""
-    letters = []
-    for j, movement in enumerate(item.movements):
-        if j in item.unsignalled or (j in green and _yields(item, j, green)):
-            letter = "g"
-        elif j in green:
-            letter = "G"
-        else:
-            letter = "y" if j in losing else "r"
-        letters += [letter] * len(movement.lanes)
-    return "".join(letters)
-
-
-def _yields(item: Intersection, j: int, green: frozenset[int]) -> bool:
-    """Whether a movement gives way to another one that has green in the same phase."""
-    if item.gives_way:
-        return not green.isdisjoint(item.gives_way[j])
-    movement = item.movements[j]
-    others = [item.movements[k] for k in green if item.movements[k].approach != movement.approach]
-    if movement.turn == "straight":
-        return False
-    return any(
-        other.to_link == movement.to_link or (movement.turn != "right" and other.turn == "straight")
-        for other in others
-    )
-
-
 def _programs(network: RoadNetwork, names: _Names, signals: Sequence[SumoSignals]) -> list[str]:
     lines = []
     for item, shown in zip(network.intersections, signals, strict=True):
         offset_s = item.program.offset_s if item.program else 0
         logic = _element("tlLogic", id=shown.id, type="static", programID="0", offset=offset_s)
         lines.append(logic.replace("/>", ">"))
-        lines += [_element("phase", duration=s, state=state) for s, state in _stages(item)]
+        lines += [_element("phase", duration=s, state=state) for s, state in stages_of(item)]
         lines.append("</tlLogic>")
         for j, movement in enumerate(item.movements):
             pairs = _lane_pairs(movement, names)
@@ -289,25 +252,6 @@ def _programs(network: RoadNetwork, names: _Names, signals: Sequence[SumoSignals
                     _connection(movement, lane, target, names, tl=shown.id, linkIndex=index)
                 )
     return lines
-
-
-def _stages(item: Intersection) -> list[tuple[float, str]]:
-    """Return the stages of the own program, or each phase in turn with yellow in between."""
-    if item.program is None:
-        cycle = zip(item.phases, (*item.phases[1:], item.phases[0]), strict=True)
-        stages = [
-            Stage(duration_s, green)
-            for phase, after in cycle
-            for duration_s, green in ((GREEN_S, phase), (YELLOW_S, phase & after))
-        ]
-    else:
-        stages = list(item.program.stages)
-    result = []
-    for before, stage in zip((stages[-1], *stages[:-1]), stages, strict=True):
-        clears = stage.green not in item.phases
-        losing = before.green - stage.green if clears else frozenset()
-        result.append((stage.duration_s, _state(item, stage.green, losing)))
-    return result
 
 
 def _element(tag: str, **attributes: object) -> str:
