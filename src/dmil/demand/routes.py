@@ -19,6 +19,8 @@ from dmil.network import RoadNetwork
 
 MOST_ALTERNATIVES = 64
 """Ties beyond this many routes per pair are cut: the first continuation is taken."""
+MOST_KEPT = 5_000_000
+"""Costs that a router keeps, about 40 bytes each; the oldest are forgotten and found again."""
 
 Way = tuple[tuple[int, ...], float]
 """Link indices in order, and the probability that a vehicle takes them."""
@@ -129,6 +131,8 @@ class Router:
             for previous in self._predecessors[link]:
                 if remaining[previous] == _UNREACHABLE:
                     heapq.heappush(heap, (cost + self._cost[previous], previous))
+        if len(self._remaining) * len(remaining) > MOST_KEPT:
+            del self._remaining[next(iter(self._remaining))]
         self._remaining[ends] = remaining
         return remaining
 

@@ -179,3 +179,14 @@ def test_one_shortest_route_begins_at_the_nearest_start():
     assert find([index["e-Z"]], [index["e-Z"]]) == (index["e-Z"],)
     assert find([index["e-Z"]], [index["A-s"]]) == ()
     assert find([], [index["A-s"]]) == ()
+
+
+def test_a_router_forgets_the_oldest_costs_and_finds_them_again(monkeypatch):
+    network = diamond()
+    index = network.link_index
+    find = router(network).first_between
+    whole = find([index["A-s"]], [index["e-Z"]])
+    monkeypatch.setattr(routes, "MOST_KEPT", 0)
+    assert find([index["A-s"]], [index["s-l"]])[-1] == index["s-l"]
+    assert find([index["A-s"]], [index["e-Z"]]) == whole
+    assert len(router(network)._remaining) == 1

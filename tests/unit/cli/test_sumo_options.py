@@ -1,0 +1,83 @@
+"""Networks and routes of SUMO on the command line."""
+
+import tomllib
+
+import pytest
+
+from dmil.scenarios.resco import find_resco_configuration
+
+NAME = "resco/cologne1"
+
+
+@pytest.fixture
+def files():
+    pytest.importorskip("sumo", reason="needs the extra sumo")
+    path = find_resco_configuration(NAME)
+    return ("--net", path.with_suffix(".net.xml"), "--routes", path.with_suffix(".rou.xml"))
+
+
+def test_files_and_name_are_the_same_scenario(dmil, files):
+    fast = ("--steps", "300", "--controller", "longest-queue-first")
+    named = dmil.json("simulate", "--scenario", NAME, *fast)
+    ours = dmil.json("simulate", *files, "--begin", "25200", *fast)
+    assert ours["scenario"] == "sumo:cologne1"
+    assert ours["runs"] == named["runs"]
+    assert ours["runs"][0]["spawned_veh"] > 100
+
+
+def test_the_phases_can_be_derived(dmil, files):
+    run = ("simulate", "--scenario", NAME, "--steps", "300", "--controller", "longest-queue-first")
+    assert dmil.json(*run, "--phases", "derived")["runs"] != dmil.json(*run)["runs"]
+    dmil(*run, "--phases", "all", code=2)
+    assert "expected one of derived, program" in dmil.err
+
+
+def test_the_printed_file_gives_the_same(dmil, files, tmp_path):
+    text = dmil("simulate", *files, "--begin", "25200", "--phases", "derived", "--print-config")
+    values = tomllib.loads(text)
+    assert values["routes"] == [str(files[3])]
+    assert (values["net"], values["begin_s"], values["phases"]) == (str(files[1]), 25200, "derived")
+    assert (values["horizon_s"], values["timing"]["clearance_s"]) == (3600, 3)
+    file = tmp_path / "file.toml"
+    file.write_text(text)
+    assert dmil("simulate", "--config", file, "--print-config") == text
+
+
+def test_a_policy_remembers_its_files(dmil, files, tmp_path):
+    policy = tmp_path / "p.npz"
+    begin = ("--begin", "25200", "--steps", "60")
+    dmil("train", *files, *begin, "--episodes", "1", "--out", policy)
+    found = dmil.json("simulate", "--policy", policy, "--begin", "25500")
+    assert (found["scenario"], found["horizon_s"]) == ("sumo:cologne1", 60)
+    earlier = dmil.json("simulate", "--policy", policy)
+    assert earlier["runs"][0]["spawned_veh"] != found["runs"][0]["spawned_veh"]
+
+
+def test_a_scenario_of_resco_is_described(dmil, files):
+    found = dmil.json("scenarios", NAME)
+    assert (found["intersections"], found["vehicles_of_seed_0"]) == (1, 2015)
+    assert (found["horizon_s"], found["clearance_s"], found["storage"]) == (3600, 3, True)
+    assert NAME in dmil("scenarios")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--scenario", "resco/cologne2"), "Did you mean 'resco/cologne"),
+        (("--scenario", "sumo:gone.sumocfg"), "gone.sumocfg: there is no such file"),
+        (("--scenario", "grid:2x2", "--begin", "5"), "neither a begin nor phases"),
+        (("--net", "a.net.xml"), "only net; expected either the name of a scenario"),
+        (("--scenario", NAME, "--begin", "-1"), "--begin: found -1; expected at least 0"),
+        (("--scenario", NAME, "--begin", "90000"), "would begin at 90000 s and end at 28800 s"),
+        (("--scenario", NAME, "--begin", "0", "--steps", "60"), "Set the begin to 25205"),
+    ],
+)
+def test_what_cannot_be_is_said(dmil, files, arguments, message):
+    dmil("simulate", *arguments, code=2)
+    assert message in " ".join(dmil.err.split())
+
+
+def test_routes_of_another_network_are_refused(dmil, files):
+    other = find_resco_configuration("resco/grid4x4").with_name("grid4x4_1.rou.xml")
+    dmil("simulate", *files[:3], other, code=2)
+    assert "which the network 'cologne1' does not have" in dmil.err
