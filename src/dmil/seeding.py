@@ -35,6 +35,19 @@ def stream(seed: int, *names: str | int) -> np.random.Generator:
     return np.random.Generator(np.random.PCG64(sequence))
 
 
+def simulator_seed(seed: int, *names: str | int) -> int:
+    """Return a seed for the chance inside a simulator, 0 to 2³¹ − 2 (ours).
+
+    Parameters
+    ----------
+    seed
+        Master seed.
+    names
+        Path below it; the number does not depend on anything else.
+    """
+    return int(stream(seed, *names, "simulator").integers(2**31 - 1))
+
+
 def global_random_state() -> tuple[object, ...]:
     """Return the state of the random numbers that all programs share, to see that none uses them.
 

@@ -114,6 +114,7 @@ def _runs(key, wait, arrived, spawned, means):
     waiting = wait * arrived * spawned
     columns = {
         "seed": np.arange(seeds),
+        "simulator": ["queue"] * seeds,
         "study": ["synthetic"] * seeds,
         "horizon_s": np.full(seeds, 300),
         "spawned_veh": np.full(seeds, spawned),
@@ -143,6 +144,7 @@ def _series(key, times, arrived, means):
     short = np.tile(decisions % 16, seeds) if dual else np.zeros(seeds * len(times))
     columns = {
         "seed": np.repeat(np.arange(seeds), len(times)),
+        "simulator": ["queue"] * seeds * len(times),
         "time_s": np.tile(times, seeds),
         "arrived_veh": np.round(np.outer(arrived, share)).astype(int).ravel(),
         "queue_veh": np.tile(10 + decisions, seeds),

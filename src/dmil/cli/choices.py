@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -38,6 +38,24 @@ SCENARIO_OPTIONS = (
     Option("dynamics.vehicle_space_m", "--vehicle-space", _SIGNALS),
     Option("dynamics.gap_wait_s", "--gap-wait", _SIGNALS),
 )
+
+SIMULATOR_OPTIONS = (
+    Option("simulator", "--simulator", "Simulator"),
+    Option("emissions", "--emissions", "Simulator"),
+)
+
+
+class SimulatorChoice(BaseModel):
+    """Which simulator runs a scenario."""
+
+    simulator: Literal["queue", "sumo", "sumo-meso"] = Field(
+        "queue",
+        description="Simulator: queue (the embedded one), sumo (microscopic) or sumo-meso.",
+    )
+    emissions: bool = Field(
+        False, description="Let SUMO compute emissions and fuel, too, which takes longer."
+    )
+
 
 REWARD = "What a learner gets: default, diffusion, entropy, queue, pressure, or module:function."
 

@@ -18,7 +18,9 @@ from dmil.cli.application import StoppedError
 from dmil.cli.choices import (
     REWARD,
     SCENARIO_OPTIONS,
+    SIMULATOR_OPTIONS,
     ControllerChoice,
+    SimulatorChoice,
     accepted,
     complete_scenario,
     controller_options,
@@ -53,7 +55,7 @@ SHOWN = (
 LABEL_WIDTH, COLUMN_WIDTH = 16, 15
 
 
-class EvaluateParameters(ScenarioRecipe):
+class EvaluateParameters(ScenarioRecipe, SimulatorChoice):
     """A comparison."""
 
     controller: tuple[ControllerChoice, ...] = Field(
@@ -90,6 +92,7 @@ class EvaluateParameters(ScenarioRecipe):
 
 OPTIONS = (
     *SCENARIO_OPTIONS,
+    *SIMULATOR_OPTIONS,
     *controller_options(many=True),
     Option("policy", "--policy", "Controllers", "FILE", many=True),
     Option("baselines", "--baselines", "Controllers"),
@@ -142,7 +145,15 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
     executor = LocalExecutor(settings.jobs)
     try:
         with progress("runs") as advance:
-            found = compare(recipe, contenders, seeds, executor=executor, progress=advance)
+            found = compare(
+                recipe,
+                contenders,
+                seeds,
+                simulator=settings.simulator,
+                emissions=settings.emissions,
+                executor=executor,
+                progress=advance,
+            )
     except KeyboardInterrupt:
         raise StoppedError("nothing is kept of a comparison") from None
     notes = _notes(settings, found, scenario)

@@ -16,7 +16,9 @@ from rich.table import Table
 from dmil.cli.choices import (
     REWARD,
     SCENARIO_OPTIONS,
+    SIMULATOR_OPTIONS,
     ControllerChoice,
+    SimulatorChoice,
     accepted,
     complete_scenario,
     controller_options,
@@ -34,7 +36,7 @@ from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED, stream
-from dmil.simulation import QueueSimulator
+from dmil.simulation import make_simulator
 from dmil.statistics import mean_interval
 from dmil.studies import compile_kernels
 from dmil.studies.block import measures_row
@@ -45,7 +47,7 @@ DEFAULT_CONTROLLER = "max-pressure"
 SERIES_ENDINGS = (".csv", ".parquet")
 
 
-class SimulateParameters(ScenarioRecipe):
+class SimulateParameters(ScenarioRecipe, SimulatorChoice):
     """One controller on one scenario."""
 
     controller: ControllerChoice = Field(
@@ -68,6 +70,7 @@ class SimulateParameters(ScenarioRecipe):
 
 OPTIONS = (
     *SCENARIO_OPTIONS,
+    *SIMULATOR_OPTIONS,
     *controller_options(many=False),
     Option("policy", "--policy", "Controller", "FILE"),
     Option("reward", "--reward", "Controller"),
@@ -123,7 +126,7 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
             where="--series",
             expected=" or ".join(SERIES_ENDINGS),
         )
-    simulator = QueueSimulator(scenario)
+    simulator = make_simulator(scenario, settings.simulator, emissions=settings.emissions)
     rows, series = [], []
     seeds = range(settings.seed, settings.seed + settings.seeds)
     with contextlib.ExitStack() as stack:
@@ -142,6 +145,7 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
             {
                 "scenario": scenario.name,
                 "controller": contender.label,
+                "simulator": settings.simulator,
                 "horizon_s": scenario.horizon_s,
                 "runs": rows,
                 "series": settings.series,
@@ -172,7 +176,6 @@ def _contender(settings: SimulateParameters, policy: Policy | None) -> Contender
 def _row(run: Run, scenario: Scenario) -> dict[str, Any]:
     row = measures_row(run.measures, run.memory[-1])
     row["bytes_per_intersection"] = row["bytes_total"] / len(scenario.network.intersections)
-    row["overruled"] = run.measures.overruled
     return row
 
 

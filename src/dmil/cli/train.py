@@ -13,7 +13,9 @@ from dmil.cli.application import StoppedError
 from dmil.cli.choices import (
     REWARD,
     SCENARIO_OPTIONS,
+    SIMULATOR_OPTIONS,
     ControllerChoice,
+    SimulatorChoice,
     complete_scenario,
     controller_options,
     recipe_of,
@@ -29,7 +31,7 @@ from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED
-from dmil.simulation import QueueSimulator
+from dmil.simulation import make_simulator
 from dmil.studies import compile_kernels
 from dmil.training import (
     Policy,
@@ -43,7 +45,7 @@ from dmil.training import (
 from dmil.training import train as train_episodes
 
 
-class TrainParameters(ScenarioRecipe):
+class TrainParameters(ScenarioRecipe, SimulatorChoice):
     """A training."""
 
     controller: ControllerChoice = Field(
@@ -75,6 +77,7 @@ class TrainParameters(ScenarioRecipe):
 
 OPTIONS = (
     *SCENARIO_OPTIONS,
+    SIMULATOR_OPTIONS[0],
     *controller_options(many=False),
     Option("reward", "--reward", "Training"),
     Option("episodes", "--episodes", "Training"),
@@ -122,7 +125,7 @@ def train(settings: TrainParameters, json: bool) -> None:
         )
     scenario = recipe_of(settings).build()
     reward = make_reward(settings.reward)
-    simulator = QueueSimulator(scenario)
+    simulator = make_simulator(scenario, settings.simulator)
     done = int(before.training["episodes"]) if before else 0
     options = settings.controller.complete().options
     rows: list[dict[str, Any]] = []

@@ -9,9 +9,11 @@ import numpy.typing as npt
 
 from dmil.controllers.protocol import FloatArray, IntArray, Situation
 from dmil.controllers.settings import FixedCycleSettings
+from dmil.errors import InputError
 from dmil.network import Intersection, RoadNetwork
 from dmil.simulation import Observation
 from dmil.simulation.pressure import movement_pressure
+from dmil.simulation.timing import ACTUATED, PROGRAM
 
 
 class RandomController:
@@ -64,6 +66,40 @@ class FixedCycleController:
         step = (observation.time_s // self._interval_s) % self._length
         phases: IntArray = self._cycle[np.arange(step.size), step]
         return phases
+
+
+class ProgramController:
+    """Leaves every intersection to the fixed-time program that the network's file has for it."""
+
+    asks_for = PROGRAM
+
+    def begin(self, situation: Situation) -> None:
+        """Check that there are programs.
+
+        Raises
+        ------
+        InputError
+            If an intersection has none.
+        """
+        for item in situation.network.intersections:
+            if item.program is None:
+                raise InputError(
+                    "it has no signal program of its own",
+                    where=f"intersection '{item.id}'",
+                    mend="choose the controller fixed-cycle, which makes a plan from the phases",
+                )
+        count = len(situation.network.intersections)
+        self._phases = np.full(count, self.asks_for, np.int32)
+
+    def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
+        """Ask for the program, again and again."""
+        return self._phases
+
+
+class ActuatedController(ProgramController):
+    """Leaves every intersection to SUMO's actuated control of its program; runs in SUMO only."""
+
+    asks_for = ACTUATED
 
 
 class LongestQueueFirstController:

@@ -9,9 +9,11 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from dmil.controllers.baselines import (
+    ActuatedController,
     FixedCycleController,
     LongestQueueFirstController,
     MaxPressureController,
+    ProgramController,
     RandomController,
 )
 from dmil.controllers.dual_memory import DualMemoryController
@@ -50,6 +52,10 @@ CONTROLLERS: dict[str, Entry] = {
     "random": Entry(RandomController, None, False, "uniformly random phases"),
     "fixed-cycle": Entry(
         FixedCycleController, FixedCycleSettings, False, "the same phases in the same order"
+    ),
+    "program": Entry(ProgramController, None, False, "the network's own fixed-time signal program"),
+    "actuated": Entry(
+        ActuatedController, None, False, "SUMO's actuated control of that program; in SUMO only"
     ),
     "longest-queue-first": Entry(
         LongestQueueFirstController, None, False, "the phase with the most vehicles queued"

@@ -163,7 +163,7 @@ class Intersection:
 
     @property
     def planned_green_s(self) -> dict[int, float]:
-        """Phase to seconds of green per cycle; phases that the program does not show are missing."""
+        """Phase to seconds of green per cycle; phases that are never shown are missing."""
         found: dict[int, float] = {}
         for stage in self.program.stages if self.program else ():
             if stage.green in self.phases and not stage.clearance:

@@ -8,7 +8,9 @@ from dmil.results.schema import (
     SCHEMA_VERSION,
     SERIES,
     SERIES_SCHEMA,
+    TABLES,
     Column,
+    Table,
     schema_markdown,
 )
 from dmil.results.writer import write_results
@@ -19,8 +21,10 @@ __all__ = [
     "SCHEMA_VERSION",
     "SERIES",
     "SERIES_SCHEMA",
+    "TABLES",
     "Column",
     "Results",
+    "Table",
     "provenance",
     "read_manifest",
     "schema_markdown",

@@ -12,8 +12,8 @@ import polars as pl
 
 from dmil.errors import InputError, OutputError
 from dmil.results.manifest import read_manifest
-from dmil.results.schema import RUNS_SCHEMA, SERIES_SCHEMA
-from dmil.results.writer import RUNS_FILE, SERIES_FILE
+from dmil.results.schema import TABLES
+from dmil.results.writer import table_file
 
 
 class Results:
@@ -22,7 +22,7 @@ class Results:
     Parameters
     ----------
     folder
-        Folder with ``runs.parquet``, ``series.parquet`` and ``manifest.json``.
+        Folder with the files of all tables and ``manifest.json``.
 
     Raises
     ------
@@ -39,12 +39,9 @@ class Results:
         self.folder = Path(folder)
         self.manifest: dict[str, Any] = read_manifest(self.folder)
         self._connection = duckdb.connect(":memory:")
-        for name, file, schema in (
-            ("runs", RUNS_FILE, RUNS_SCHEMA),
-            ("series", SERIES_FILE, SERIES_SCHEMA),
-        ):
-            path = self.folder / file
-            _check(path, schema)
+        for name, table in TABLES.items():
+            path = self.folder / table_file(name)
+            _check(path, table.schema)
             self._connection.execute(f"create view {name} as from read_parquet({_quoted(path)})")
 
     def runs(self) -> pl.DataFrame:
@@ -55,8 +52,12 @@ class Results:
         """Return one row per run and time, columns as in :data:`dmil.results.SERIES_SCHEMA`."""
         return self.query("from series")
 
+    def episodes(self) -> pl.DataFrame:
+        """Return one row per training episode, columns as in ``dmil.results.TABLES``."""
+        return self.query("from episodes")
+
     def query(self, sql: str) -> pl.DataFrame:
-        """Answer a question in DuckDB's SQL; it sees the views ``runs`` and ``series``.
+        """Answer a question in DuckDB's SQL; it sees the views ``runs``, ``series`` and ``episodes``.
 
         Raises
         ------

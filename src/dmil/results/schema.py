@@ -1,7 +1,8 @@
 """The columns of a folder of results: one table, from which docs and checks are made.
 
-Two tables make up the results of a study: ``runs`` (one row per run, its totals at the horizon) and
-``series`` (one row per run and decision time). Columns that do not apply to a run are null: a
+Three tables make up the results of a study: ``runs`` (one row per run, its totals at the horizon),
+``series`` (one row per run and decision time) and ``episodes`` (one row per training episode; empty
+where training has none). Columns that do not apply to a run are null: a
 baseline has no reward, no exploration rate and no training; a failed run has no measures.
 """
 
@@ -11,7 +12,7 @@ from dataclasses import dataclass
 
 import polars as pl
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,16 +42,21 @@ class Column:
 
 _TEXT, _FLAG, _WHOLE, _REAL = pl.String(), pl.Boolean(), pl.Int64(), pl.Float64()
 
-_PRESET = Column("preset", _TEXT, "", "Reading of the paper: literal, decaying or matched.", False)
+_PRESET = Column(
+    "preset", _TEXT, "", "Reading of the paper: literal, decaying or matched; resco.", False
+)
 _SCENARIO = Column("scenario", _TEXT, "", 'Name of the scenario, such as "grid:5x5".', False)
 _SEED = Column("seed", _WHOLE, "", "Master seed; equal seeds have equal demand.", False)
 _CONTROLLER = Column(
     "controller",
     _TEXT,
     "",
-    "sarsa, dual-memory, random, fixed-cycle, longest-queue-first, max-pressure.",
+    "sarsa, dual-memory, random, fixed-cycle, program, actuated, longest-queue-first, "
+    "max-pressure.",
     False,
 )
+_SIMULATOR = Column("simulator", _TEXT, "", "queue, queue-calibrated, sumo or sumo-meso.", False)
+_TRAINED_IN = Column("trained_in", _TEXT, "", "Simulator of the training; null for baselines.")
 _EMBEDDING = Column("embedding", _TEXT, "", "exact, simple, complex, cells; null for baselines.")
 _COMMUNICATION = Column(
     "communication", _FLAG, "", "Whether a central unit synchronises the memories.", False
@@ -73,6 +79,8 @@ RUNS: tuple[Column, ...] = (
     _COMMUNICATION,
     _REWARD,
     _EPSILON,
+    _SIMULATOR,
+    _TRAINED_IN,
     Column("horizon_s", _WHOLE, "s", "Length of the run.", False),
     Column("training_s", _WHOLE, "s", "Length of the training before it; null for baselines."),
     Column("spawned_veh", _WHOLE, "vehicles", "Vehicles that entered until the horizon."),
@@ -89,7 +97,17 @@ RUNS: tuple[Column, ...] = (
         "s",
         "Mean over spawned vehicles, those under way counted to the horizon.",
     ),
+    Column(
+        "delay_s",
+        _REAL,
+        "s",
+        "RESCO's average delay: time loss and departure delay per spawned vehicle.",
+    ),
     Column("throughput_veh_per_h", _REAL, "vehicles per hour", "Arrived vehicles per hour."),
+    Column("stops_per_spawned", _REAL, "stops", "Halts inside the network per spawned vehicle."),
+    Column("co2_g", _REAL, "g", "Carbon dioxide, SUMO's model; null where not computed."),
+    Column("fuel_g", _REAL, "g", "Fuel, SUMO's model; null where not computed."),
+    Column("overruled", _WHOLE, "requests", "Phase requests that the timing rules did not grant."),
     Column("entries_per_agent", _REAL, "states", "Stored states at the horizon, mean over agents."),
     Column("entries_total", _WHOLE, "states", "Stored states, a shared table counted once."),
     Column("bytes_total", _WHOLE, "bytes", "True size of all memories."),
@@ -112,6 +130,7 @@ SERIES: tuple[Column, ...] = (
     _COMMUNICATION,
     _REWARD,
     _EPSILON,
+    _SIMULATOR,
     Column("time_s", _WHOLE, "s", "Time of the decision, or the horizon.", False),
     Column("arrived_veh", _WHOLE, "vehicles", "V_c: vehicles at their destination by then."),
     Column("queue_veh", _WHOLE, "vehicles", "Queued vehicles in the network."),
@@ -122,9 +141,28 @@ SERIES: tuple[Column, ...] = (
     Column("msize_per_agent", _REAL, "values", "Paper's size of the memory, mean over agents."),
 )
 
+#: Columns of ``episodes.parquet``.
+EPISODES: tuple[Column, ...] = (
+    _PRESET,
+    _SCENARIO,
+    _SEED,
+    _CONTROLLER,
+    _EMBEDDING,
+    _COMMUNICATION,
+    _REWARD,
+    _EPSILON,
+    _TRAINED_IN,
+    Column("episode", _WHOLE, "", "Number of the training episode, from 0.", False),
+    Column("delay_s", _REAL, "s", "RESCO's average delay in the episode, exploration included."),
+    Column("travel_time_s", _REAL, "s", "Mean travel time in the episode."),
+    Column("wait_per_spawned_s", _REAL, "s", "W of the episode."),
+    Column("entries_per_agent", _REAL, "states", "Stored states after it, mean over agents."),
+)
+
 #: Column name to polars type, for ``pl.DataFrame(rows, schema=RUNS_SCHEMA)``.
 RUNS_SCHEMA: dict[str, pl.DataType] = {column.name: column.dtype for column in RUNS}
 SERIES_SCHEMA: dict[str, pl.DataType] = {column.name: column.dtype for column in SERIES}
+EPISODES_SCHEMA: dict[str, pl.DataType] = {column.name: column.dtype for column in EPISODES}
 
 #: What tells one run, and one row of a series, from all others.
 RUN_KEY: tuple[str, ...] = (
@@ -137,6 +175,8 @@ RUN_KEY: tuple[str, ...] = (
     "communication",
     "reward",
     "epsilon",
+    "simulator",
+    "trained_in",
     "horizon_s",
 )
 SERIES_KEY: tuple[str, ...] = (
@@ -148,15 +188,57 @@ SERIES_KEY: tuple[str, ...] = (
     "communication",
     "reward",
     "epsilon",
+    "simulator",
     "time_s",
+)
+EPISODES_KEY: tuple[str, ...] = (
+    "preset",
+    "scenario",
+    "seed",
+    "controller",
+    "embedding",
+    "communication",
+    "reward",
+    "epsilon",
+    "trained_in",
+    "episode",
 )
 
 
+@dataclass(frozen=True, slots=True)
+class Table:
+    """One table of results, in a file of its name.
+
+    Parameters
+    ----------
+    columns
+        Its columns in order.
+    key
+        Columns that tell its rows apart, and by which they are sorted.
+    """
+
+    columns: tuple[Column, ...]
+    key: tuple[str, ...]
+
+    @property
+    def schema(self) -> dict[str, pl.DataType]:
+        """Column name to polars type."""
+        return {column.name: column.dtype for column in self.columns}
+
+
+TABLES: dict[str, Table] = {
+    "runs": Table(RUNS, RUN_KEY),
+    "series": Table(SERIES, SERIES_KEY),
+    "episodes": Table(EPISODES, EPISODES_KEY),
+}
+"""All tables by name; the file of each is its name with the ending .parquet."""
+
+
 def schema_markdown() -> str:
-    """Return the documentation of both tables as Markdown (ours)."""
+    """Return the documentation of all tables as Markdown (ours)."""
     lines = [f"Schema version {SCHEMA_VERSION}."]
-    for title, columns in (("runs", RUNS), ("series", SERIES)):
+    for title, table in TABLES.items():
         lines += ["", f"### `{title}.parquet`", "", "| column | type | unit | meaning |"]
         lines.append("|-|-|-|-|")
-        lines += [f"| `{c.name}` | {c.dtype} | {c.unit} | {c.meaning} |" for c in columns]
+        lines += [f"| `{c.name}` | {c.dtype} | {c.unit} | {c.meaning} |" for c in table.columns]
     return "\n".join(lines) + "\n"

@@ -9,14 +9,21 @@ import polars as pl
 
 from dmil.errors import OutputError
 from dmil.files import write_atomically
-from dmil.results.schema import RUN_KEY, RUNS, SERIES, SERIES_KEY, Column
-
-RUNS_FILE = "runs.parquet"
-SERIES_FILE = "series.parquet"
+from dmil.results.schema import TABLES, Table
 
 
-def write_results(folder: Path | str, runs: pl.DataFrame, series: pl.DataFrame) -> None:
-    """Write ``runs.parquet`` and ``series.parquet`` into a folder (ours).
+def table_file(name: str) -> str:
+    """Return the name of a table's file (ours)."""
+    return f"{name}.parquet"
+
+
+def write_results(
+    folder: Path | str,
+    runs: pl.DataFrame,
+    series: pl.DataFrame,
+    episodes: pl.DataFrame | None = None,
+) -> None:
+    """Write ``runs.parquet``, ``series.parquet`` and ``episodes.parquet`` into a folder (ours).
 
     Rows are sorted by what identifies them, so the bytes do not depend on the order in which the
     runs finished. Each file appears whole under its name or not at all.
@@ -29,6 +36,8 @@ def write_results(folder: Path | str, runs: pl.DataFrame, series: pl.DataFrame) 
         One row per run, columns as in :data:`dmil.results.RUNS_SCHEMA`.
     series
         One row per run and decision time, columns as in :data:`dmil.results.SERIES_SCHEMA`.
+    episodes
+        One row per training episode; none where training is not made of episodes.
 
     Raises
     ------
@@ -37,10 +46,11 @@ def write_results(folder: Path | str, runs: pl.DataFrame, series: pl.DataFrame) 
         describe the same run, or the folder cannot be written.
     """
     folder = Path(folder)
-    tables = (
-        (folder / RUNS_FILE, _conform(runs, RUNS, RUN_KEY, "runs")),
-        (folder / SERIES_FILE, _conform(series, SERIES, SERIES_KEY, "series")),
-    )
+    given = {"runs": runs, "series": series, "episodes": episodes}
+    tables = [
+        (folder / table_file(name), _conform(_or_empty(given[name], table), table, name))
+        for name, table in TABLES.items()
+    ]
     for path, table in tables:
         write_atomically(path, partial(_write_parquet, table))
 
@@ -50,12 +60,15 @@ def _write_parquet(table: pl.DataFrame, file: Path) -> None:
     table.write_parquet(file, compression="zstd", statistics=True, row_group_size=65_536)
 
 
-def _conform(
-    table: pl.DataFrame, columns: tuple[Column, ...], key: tuple[str, ...], name: str
-) -> pl.DataFrame:
+def _or_empty(frame: pl.DataFrame | None, table: Table) -> pl.DataFrame:
+    return pl.DataFrame(schema=table.schema) if frame is None else frame
+
+
+def _conform(frame: pl.DataFrame, table: Table, name: str) -> pl.DataFrame:
+    columns, key = table.columns, table.key
     wanted = [column.name for column in columns]
-    missing = [column for column in wanted if column not in table.columns]
-    unknown = [column for column in table.columns if column not in wanted]
+    missing = [column for column in wanted if column not in frame.columns]
+    unknown = [column for column in frame.columns if column not in wanted]
     if missing or unknown:
         raise OutputError(
             f"missing columns {missing}, unknown columns {unknown}",
@@ -63,7 +76,7 @@ def _conform(
             expected="the columns of dmil.results.schema",
         )
     try:
-        typed = table.select(pl.col(column.name).cast(column.dtype) for column in columns)
+        typed = frame.select(pl.col(column.name).cast(column.dtype) for column in columns)
     except pl.exceptions.PolarsError as error:
         raise OutputError(
             f"a column has the wrong type: {error}", where=f"table '{name}'"

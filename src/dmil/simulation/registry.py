@@ -4,21 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from dmil.errors import unknown_name
+from dmil.errors import InputError, unknown_name
 from dmil.scenarios import Scenario
 from dmil.simulation.protocol import Simulator
 from dmil.simulation.queue import QueueSimulator
 from dmil.simulation.sumo import SumoSimulator
 
-SIMULATORS: dict[str, Callable[[Scenario], Simulator]] = {
-    "queue": QueueSimulator,
-    "sumo": SumoSimulator,
-    "sumo-meso": lambda scenario: SumoSimulator(scenario, model="meso"),
+SIMULATORS: dict[str, Callable[[Scenario, bool], Simulator]] = {
+    "queue": lambda scenario, emissions: QueueSimulator(scenario),
+    "sumo": lambda scenario, emissions: SumoSimulator(scenario, emissions=emissions),
+    "sumo-meso": lambda scenario, emissions: SumoSimulator(
+        scenario, model="meso", emissions=emissions
+    ),
 }
-"""Name to what makes the simulator of a scenario."""
+"""Name to what makes the simulator of a scenario, told whether emissions are wanted."""
 
 
-def make_simulator(scenario: Scenario, name: str = "queue") -> Simulator:
+def make_simulator(
+    scenario: Scenario, name: str = "queue", *, emissions: bool = False
+) -> Simulator:
     """Make the simulator of a scenario (ours).
 
     Parameters
@@ -27,14 +31,24 @@ def make_simulator(scenario: Scenario, name: str = "queue") -> Simulator:
         What to simulate.
     name
         One of `SIMULATORS`.
+    emissions
+        Whether SUMO shall compute emissions and fuel, too.
 
     Raises
     ------
     UnknownNameError
         If there is no such simulator.
+    InputError
+        If emissions are asked of a simulator that knows none.
     MissingExtraError
         If it needs SUMO, which is not installed.
     """
     if name not in SIMULATORS:
         raise unknown_name("simulator", name, SIMULATORS)
-    return SIMULATORS[name](scenario)
+    if emissions and name == "queue":
+        raise InputError(
+            "the queue simulator knows no emissions",
+            where="emissions",
+            mend="use SUMO, or leave it",
+        )
+    return SIMULATORS[name](scenario, emissions)

@@ -26,6 +26,9 @@ NEVER_S = np.iinfo(np.int32).max
 PROGRAM = -1
 """Asked for in place of a phase: the intersection's own fixed-time program."""
 
+ACTUATED = -2
+"""Asked for in place of a phase: SUMO's actuated control of that program; SUMO only."""
+
 
 class Rules(NamedTuple):
     """The times of `dmil.scenarios.SignalTiming` for kernels, in whole seconds."""
@@ -176,6 +179,9 @@ def checked_phases(
             where=f"intersection '{item.id}'",
             expected=f"a phase from 0 to {counts[i] - 1}"
             + ("" if item.program else "; it has no program of its own"),
+            mend="actuated control is SUMO's own: choose the simulator sumo"
+            if phases[i] == ACTUATED and item.program
+            else None,
         )
     return np.ascontiguousarray(phases, np.int32)
 

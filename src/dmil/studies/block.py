@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+import math
+from dataclasses import asdict, dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
@@ -15,22 +16,25 @@ from dmil.studies.settings import PRESETS, PaperStudySettings
 from dmil.training import Run, evaluate, train_prior, vehicles_of_seed
 
 Row = dict[str, Any]
+SIMULATOR = "queue"
+"""Where the paper's study runs."""
 
 
 @dataclass(frozen=True, slots=True)
 class BlockResult:
-    """Rows for the two tables of results.
+    """Rows for the tables of results.
 
     Attributes
     ----------
     block: Block
-    runs, series: lists of rows
+    runs, series, episodes: lists of rows
         See `dmil.results.schema`.
     """
 
     block: Block
     runs: list[Row]
     series: list[Row]
+    episodes: list[Row] = field(default_factory=list)
 
 
 def run_block(settings: PaperStudySettings, block: Block) -> BlockResult:
@@ -57,6 +61,7 @@ def run_block(settings: PaperStudySettings, block: Block) -> BlockResult:
         row = identity | {
             "study": "paper",
             "horizon_s": settings.horizon_s,
+            "trained_in": SIMULATOR if learns else None,
             "training_s": training.horizon_s if learns else None,
         }
         try:
@@ -82,12 +87,21 @@ def measures_row(measures: Measures, memory: MemoryUse) -> Row:
         "wait_per_arrived_s": measures.wait_per_arrived_s,
         "mean_queue_veh": measures.mean_queue_veh,
         "travel_time_s": measures.travel_time_s,
+        "delay_s": measures.delay_s,
         "throughput_veh_per_h": measures.throughput_veh_per_h,
+        "stops_per_spawned": measures.stops_per_spawned,
+        "co2_g": _known(measures.co2_g),
+        "fuel_g": _known(measures.fuel_g),
+        "overruled": measures.overruled,
         "entries_per_agent": memory.entries,
         "entries_total": memory.entries_total,
         "bytes_total": memory.bytes_total,
         "msize_per_agent": memory.msize,
     }
+
+
+def _known(value: float) -> float | None:
+    return None if math.isnan(value) else value
 
 
 def series_rows(result: Run) -> list[Row]:
@@ -111,7 +125,7 @@ def series_rows(result: Run) -> list[Row]:
 
 
 def _identity(block: Block, architecture: Architecture) -> Row:
-    return asdict(block) | asdict(architecture)
+    return asdict(block) | asdict(architecture) | {"simulator": SIMULATOR}
 
 
 def _controller(

@@ -18,14 +18,14 @@ from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import stream
-from dmil.simulation import QueueSimulator
+from dmil.simulation import Simulator, make_simulator
 from dmil.statistics import Estimate, mean_interval, paired_difference
 from dmil.studies.block import Row, measures_row
 from dmil.studies.executors import Executor, LocalExecutor
 from dmil.training import controller_of, evaluate, load_policy, vehicles_of_seed
 
 REFERENCE = "max-pressure"
-DETERMINISTIC = ("fixed-cycle", "longest-queue-first", "max-pressure")
+DETERMINISTIC = ("fixed-cycle", "program", "longest-queue-first", "max-pressure")
 """Controllers that draw nothing: on the same vehicles they do the same."""
 
 
@@ -79,12 +79,15 @@ class Comparison:
     same_demand: bool
         Whether the vehicles are the same in every seed, so that only chance inside the
         controllers differs.
+    exact: bool
+        Whether the simulator itself draws nothing.
     """
 
     labels: list[str]
     seeds: range
     measures: dict[str, npt.NDArray[np.float64]]
     same_demand: bool
+    exact: bool = True
 
     def mean(self, measure: str) -> Estimate:
         """Return the mean over seeds with its interval, for every contender (ours)."""
@@ -107,7 +110,8 @@ class Comparison:
         return self._with_exact(estimate, exact & exact[reference])
 
     def _exact(self) -> npt.NDArray[np.bool_]:
-        return np.array([self.same_demand and label in DETERMINISTIC for label in self.labels])
+        certain = self.same_demand and self.exact
+        return np.array([certain and label in DETERMINISTIC for label in self.labels])
 
     @staticmethod
     def _with_exact(estimate: Estimate, exact: npt.NDArray[np.bool_]) -> Estimate:
@@ -121,6 +125,8 @@ def compare(
     contenders: Sequence[Contender],
     seeds: range,
     *,
+    simulator: str = "queue",
+    emissions: bool = False,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Comparison:
@@ -134,6 +140,8 @@ def compare(
         Who; every run begins with what the contender had learned before, so seeds are independent.
     seeds
         Test seeds.
+    simulator, emissions
+        See `dmil.simulation.make_simulator`.
     executor
         Where runs happen; processes of this machine by default.
     progress
@@ -148,7 +156,7 @@ def compare(
     done = 0
     if progress:
         progress(done, len(items))
-    run = partial(_run, recipe.model_dump_json(), next(_CALLS))
+    run = partial(_run, recipe.model_dump_json(), simulator, emissions, next(_CALLS))
     for item, row in (executor or LocalExecutor()).map(run, items):
         rows[place[item]] = row
         done += 1
@@ -163,6 +171,7 @@ def compare(
             for name in rows[0]
         },
         same_demand=has_same_demand(made, seeds[0]),
+        exact=simulator == "queue",
     )
 
 
@@ -175,9 +184,9 @@ def has_same_demand(scenario: Scenario, seed: int) -> bool:
     )
 
 
-def _run(recipe: str, call: int, item: Item) -> tuple[Item, Row]:
+def _run(recipe: str, name: str, emissions: bool, call: int, item: Item) -> tuple[Item, Row]:
     contender, seed = item
-    scenario, simulator = _parts(recipe, call)
+    scenario, simulator = _parts(recipe, name, emissions, call)
     result = evaluate(
         simulator,
         contender.make(scenario.network),
@@ -193,6 +202,6 @@ def _run(recipe: str, call: int, item: Item) -> tuple[Item, Row]:
 # One scenario serves the many runs of a comparison: what is derived from a network is kept with it.
 # The number of the call keeps apart what files held at different times.
 @lru_cache(maxsize=2)
-def _parts(recipe: str, call: int) -> tuple[Scenario, QueueSimulator]:
+def _parts(recipe: str, name: str, emissions: bool, call: int) -> tuple[Scenario, Simulator]:
     scenario = ScenarioRecipe.model_validate_json(recipe).build()
-    return scenario, QueueSimulator(scenario)
+    return scenario, make_simulator(scenario, name, emissions=emissions)

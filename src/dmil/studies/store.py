@@ -16,7 +16,7 @@ import polars as pl
 
 from dmil.errors import OutputError
 from dmil.files import write_atomically, write_text_atomically
-from dmil.results import RUNS_SCHEMA, SERIES_SCHEMA, write_manifest, write_results
+from dmil.results import TABLES, write_manifest, write_results
 from dmil.results.manifest import MANIFEST_FILE
 from dmil.studies.block import BlockResult
 from dmil.studies.plan import Block
@@ -98,20 +98,21 @@ class StudyStore:
             return
         blocks = json.dumps([asdict(result.block) for result in self._waiting])
         name = hashlib.blake2b(blocks.encode(), digest_size=8).hexdigest()
-        runs = [row for result in self._waiting for row in result.runs]
-        series = [row for result in self._waiting for row in result.series]
-        # The runs last: a block counts as finished only when both files are there.
-        self._write_part(f"series-{name}", pl.DataFrame(series, schema=SERIES_SCHEMA))
-        self._write_part(f"runs-{name}", pl.DataFrame(runs, schema=RUNS_SCHEMA))
+        # The runs last: a block counts as finished only when all files are there.
+        for table in reversed(TABLES):
+            rows = [row for result in self._waiting for row in getattr(result, table)]
+            self._write_part(f"{table}-{name}", pl.DataFrame(rows, schema=TABLES[table].schema))
         self._waiting = []
 
     def finish(self, manifest: dict[str, Any]) -> None:
         """Join all parts into the tables of results and write the manifest."""
         self.flush()
-        runs = pl.concat([_read(path) for path in self._part_files("runs")])
-        names = [path.name.replace("runs-", "series-") for path in self._part_files("runs")]
-        series = pl.concat([_read(self._parts / name) for name in names])
-        write_results(self.folder, runs, series)
+        names = [path.name.removeprefix("runs-") for path in self._part_files("runs")]
+        tables = (
+            pl.concat([_read(self._parts / f"{table}-{name}") for name in names])
+            for table in TABLES
+        )
+        write_results(self.folder, *tables)
         write_manifest(self.folder, manifest)
         shutil.rmtree(self._parts)
 

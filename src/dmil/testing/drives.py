@@ -95,7 +95,7 @@ class Drive:
             witness.no_global_chance(SimulatorRule.REPEAT),
             witness.no_change(SimulatorRule.INPUTS, vehicles=vehicles),
         ):
-            shown, counted = simulator.reset(vehicles), simulator.measures()
+            shown, counted = simulator.reset(vehicles, 0), simulator.measures()
         self._returned: list[tuple[Observation, Measures]] = []
         self.seen: list[tuple[Observation, Measures]] = []
         self._keep(shown, counted)

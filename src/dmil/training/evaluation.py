@@ -6,7 +6,7 @@ from dmil.controllers import Controller
 from dmil.demand import Vehicles
 from dmil.rewards import Reward
 from dmil.scenarios import Scenario
-from dmil.seeding import stream
+from dmil.seeding import simulator_seed, stream
 from dmil.simulation import Simulator
 from dmil.training.loop import Run, run
 
@@ -32,6 +32,8 @@ def evaluate(
     reward
         What a learner gets.
     seed
-        Master seed; exploration has its own stream, the same for every controller.
+        Master seed; exploration and the simulator have streams of their own, the same for every
+        controller.
     """
-    return run(simulator, controller, vehicles, reward, stream(seed, "exploration"))
+    exploration = stream(seed, "exploration")
+    return run(simulator, controller, vehicles, reward, exploration, simulator_seed(seed))

@@ -38,6 +38,7 @@ def run(
     vehicles: Vehicles,
     reward: Reward,
     rng: np.random.Generator,
+    seed: int = 0,
 ) -> Run:
     """Run a controller from an empty network to the horizon (Algorithm 4, all agents at once).
 
@@ -56,6 +57,8 @@ def run(
         What the controller gets for an interval.
     rng
         The controller's stream of chance.
+    seed
+        Seed of the chance inside the simulator.
 
     Raises
     ------
@@ -65,7 +68,7 @@ def run(
     network, intersections = simulator.network, len(simulator.network.intersections)
     controller.begin(Situation(network, simulator.decision_interval_s, rng))
     remembering = controller if isinstance(controller, MemoryController) else None
-    observation = simulator.reset(vehicles)
+    observation = simulator.reset(vehicles, seed)
     last_reward = None
     times_s, memory = [], []
     while True:

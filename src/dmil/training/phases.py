@@ -9,7 +9,7 @@ from dmil.controllers.sarsa import SarsaController
 from dmil.controllers.settings import SarsaSettings
 from dmil.rewards import Reward
 from dmil.scenarios import Scenario
-from dmil.seeding import stream
+from dmil.seeding import simulator_seed, stream
 from dmil.simulation import QueueSimulator, Simulator
 from dmil.training.loop import Run, run
 
@@ -47,7 +47,8 @@ def train_prior(
     vehicles = scenario.demand.vehicles(
         scenario.network, simulator.horizon_s, stream(seed, "training", "demand")
     )
-    run(simulator, dummy, vehicles, reward, stream(seed, "training", "exploration"))
+    exploration = stream(seed, "training", "exploration")
+    run(simulator, dummy, vehicles, reward, exploration, simulator_seed(seed, "training"))
     return Prior(dummy.table)
 
 
@@ -92,7 +93,8 @@ def train(
             stream(seed, "training", "episode", episode, "demand"),
         )
         exploration = stream(seed, "training", "episode", episode, "exploration")
-        results.append(run(simulator, controller, vehicles, reward, exploration))
+        chance = simulator_seed(seed, "training", "episode", episode)
+        results.append(run(simulator, controller, vehicles, reward, exploration, chance))
         if after_episode:
             after_episode(episode, results[-1])
     return results

@@ -4,6 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from dmil.controllers import make_controller
 from dmil.controllers.baselines import (
     FixedCycleController,
     LongestQueueFirstController,
@@ -13,10 +14,12 @@ from dmil.controllers.baselines import (
 )
 from dmil.controllers.protocol import Controller, Situation
 from dmil.controllers.settings import FixedCycleSettings
+from dmil.errors import InputError
 from dmil.network import Program, Stage, grid
 from dmil.seeding import stream
 from dmil.simulation import Observation
 from dmil.simulation.pressure import movement_pressure
+from dmil.simulation.timing import ACTUATED, PROGRAM
 
 ALL = [RandomController, FixedCycleController, LongestQueueFirstController, MaxPressureController]
 EW_F, EW_L, NS_F, NS_L, E_FL, N_FL, W_FL, S_FL = range(8)
@@ -272,3 +275,17 @@ def test_equal_pressures_are_equal_in_spite_of_rounding():
             assert found[i] == (shown if thirds[shown] == max(thirds) else best)
             rounded += totals[best] != max(totals)
     assert rounded > 0  # or this test could not fail
+
+
+@pytest.mark.parametrize(("name", "asked"), [("program", PROGRAM), ("actuated", ACTUATED)])
+def test_programs_are_asked_for_everywhere(tee, name, asked):
+    node = replace(tee.intersections[0], program=plan(tee, 30.0))
+    network = replace(tee, intersections=(node,))
+    controller = begin(make_controller(name), network)
+    assert cycle(controller, network, 2) == [[asked], [asked]]
+
+
+@pytest.mark.parametrize("name", ["program", "actuated"])
+def test_who_follows_programs_needs_them_everywhere(tee, name):
+    with pytest.raises(InputError, match="'T': it has no signal program .* fixed-cycle"):
+        begin(make_controller(name), tee)

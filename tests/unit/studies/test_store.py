@@ -17,7 +17,7 @@ from dmil.studies.store import StudyStore
 SETTINGS = PaperStudySettings(
     presets=("literal", "decaying"), grids=("1x1",), seeds=2, horizon_s=60, rewards=("entropy",)
 )
-FILES = ("runs.parquet", "series.parquet")
+FILES = ("episodes.parquet", "runs.parquet", "series.parquet")
 
 
 @pytest.fixture(scope="module")

@@ -95,7 +95,7 @@ def at_once(self, phases):
     return QueueSimulator.advance(self, phases) if left else self._observe()
 
 
-def started(self, vehicles):
+def started(self, vehicles, seed=0):
     QueueSimulator.reset(self, vehicles)
     return QueueSimulator.advance(self, np.zeros(2, np.int32))
 
@@ -106,7 +106,7 @@ def changed_phases(self, phases):
     return observation
 
 
-def changed_vehicles(self, vehicles):
+def changed_vehicles(self, vehicles, seed=0):
     vehicles.depart_s[:] -= vehicles.depart_s.min()
     return QueueSimulator.reset(self, vehicles)
 
@@ -152,9 +152,9 @@ class NeverForgets(QueueSimulator):
     def __init__(self):
         super().__init__(SMALL)
 
-    def reset(self, vehicles):
+    def reset(self, vehicles, seed=0):
         self.before += self.last
-        return super().reset(vehicles)
+        return super().reset(vehicles, seed)
 
     def measures(self):
         measured = super().measures()
