@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 import numpy.typing as npt
 
@@ -40,6 +42,8 @@ class SumoSimulator:
         Whether to run SUMO's emission model too.
     detection_m
         How far from a stop line vehicles are counted where the incoming link is shorter.
+    further_options
+        Gives more options of ``sumo`` for a run, such as `SurveyFiles.options`.
 
     Raises
     ------
@@ -64,8 +68,10 @@ class SumoSimulator:
         model: Model = "micro",
         emissions: bool = False,
         detection_m: float = DETECTION_M,
+        further_options: Callable[[RunFiles], Sequence[str]] | None = None,
     ) -> None:
         require_sumo()
+        self._further_options = further_options
         self._scenario, self._model = scenario, model
         self._emissions, self._detection_m = emissions, detection_m
         self._signals = signals_of(scenario.network)
@@ -107,7 +113,7 @@ class SumoSimulator:
         Raises
         ------
         SimulationError
-            If SUMO refuses the network or the journeys; with its own message.
+            If SUMO refuses the network; with its own message.
         """
         self._time_s = NO_RUN
         process = self._ready_process()
@@ -119,15 +125,18 @@ class SumoSimulator:
         process.forget_messages()
         output = process.folder / OUTPUT
         output.unlink(missing_ok=True)
+        chosen = options(
+            self._files,
+            process.folder / ROUTES,
+            model=self._model,
+            seed=seed,
+            emissions=self._emissions,
+        )
+        if self._further_options is not None:
+            chosen += self._further_options(self._files)
         process.ask(
             "start",
-            options(
-                self._files,
-                process.folder / ROUTES,
-                model=self._model,
-                seed=seed,
-                emissions=self._emissions,
-            ),
+            chosen,
             {"--summary-output": str(output), "--tripinfo-output": str(output)},
         )
         self._heads = SignalHeads(self._signals, self._files.signals, self._scenario.timing)
@@ -150,7 +159,7 @@ class SumoSimulator:
         InputError
             If there is not one existing phase per intersection, or no run is under way.
         SimulationError
-            If SUMO dies; with its own message.
+            If SUMO refuses a journey or dies; with its own message.
         """
         process = self._running()
         steps = min(self.decision_interval_s, self.horizon_s - self._time_s)
