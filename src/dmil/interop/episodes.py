@@ -17,6 +17,7 @@ from dmil.interop.picture import Picture
 from dmil.rewards import Reward, make_reward
 from dmil.scenarios import Scenario, scenario
 from dmil.scenarios.registry import with_load
+from dmil.seeding import simulator_seed
 from dmil.simulation import Observation, Simulator, make_simulator
 from dmil.simulation.measures import METRICS
 from dmil.training import vehicles_of_seed
@@ -105,9 +106,10 @@ class Episodes:
         return self.observation.time_s >= self.simulator.horizon_s
 
     def begin(self, seed: int) -> None:
-        """Begin the episode of a seed: the vehicles that an evaluation of this seed meets, too."""
+        """Begin the episode of a seed: the vehicles and the simulator of an evaluation of it."""
         self.seed = seed
-        self._observation = self.simulator.reset(vehicles_of_seed(self.scenario, seed), seed)
+        vehicles = vehicles_of_seed(self.scenario, seed)
+        self._observation = self.simulator.reset(vehicles, simulator_seed(seed))
         self.rewards = None
         self._overruled = np.zeros(len(self.ids), np.int64)
         self._waited_veh_s = np.zeros(len(self.ids), np.int64)

@@ -92,17 +92,21 @@ def test_agents_are_the_intersections_and_are_truncated_at_the_horizon():
     assert made.agents == ids
 
 
-def test_a_seed_brings_the_vehicles_of_an_evaluation_and_the_same_result():
+@pytest.mark.parametrize("simulator", ["queue", "sumo"])
+def test_a_seed_brings_the_same_run_as_an_evaluation(simulator):
+    if simulator == "sumo":
+        pytest.importorskip("libsumo", reason="needs the extra sumo")
     ground = scenario("grid:2x2")
-    made = parallel_env(ground, reward="queue")
-    made.reset(seed=3)
-    policy = ControllerPolicy(made, make_controller("random"))
-    totals = dict.fromkeys(made.agents, 0.0)
-    while made.agents:
-        _, rewards, _, _, infos = made.step(policy.actions())
-        totals = {agent: totals[agent] + reward for agent, reward in rewards.items()}
-    vehicles = vehicles_of_seed(ground, 3)
-    run = evaluate(QueueSimulator(ground), make_controller("random"), vehicles, REWARDS["queue"], 3)
+    with parallel_env(ground, simulator, reward="queue") as made:
+        made.reset(seed=3)
+        policy = ControllerPolicy(made, make_controller("random"))
+        totals = dict.fromkeys(made.agents, 0.0)
+        while made.agents:
+            _, rewards, _, _, infos = made.step(policy.actions())
+            totals = {agent: totals[agent] + reward for agent, reward in rewards.items()}
+        again = made.episodes.simulator
+        vehicles = vehicles_of_seed(ground, 3)
+        run = evaluate(again, make_controller("random"), vehicles, REWARDS["queue"], 3)
     known = {name: each.of(run.measures) for name, each in METRICS.items()}
     known = {name: value for name, value in known.items() if value == value}
     assert "travel_time_s" in known
