@@ -57,7 +57,7 @@ class Results:
         return self.query("from episodes")
 
     def query(self, sql: str) -> pl.DataFrame:
-        """Answer a question in DuckDB's SQL; it sees the views ``runs``, ``series`` and ``episodes``.
+        """Answer a question in DuckDB's SQL; the tables are its views.
 
         Raises
         ------

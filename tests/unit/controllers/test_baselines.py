@@ -287,5 +287,5 @@ def test_programs_are_asked_for_everywhere(tee, name, asked):
 
 @pytest.mark.parametrize("name", ["program", "actuated"])
 def test_who_follows_programs_needs_them_everywhere(tee, name):
-    with pytest.raises(InputError, match="'T': it has no signal program .* fixed-cycle"):
+    with pytest.raises(InputError, match=r"'T': it has no signal program .* fixed-cycle"):
         begin(make_controller(name), tee)

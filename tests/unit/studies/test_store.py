@@ -135,7 +135,8 @@ def test_a_lock_on_a_file_that_its_owner_has_just_removed_is_none(tmp_path, monk
 
 
 def test_the_tables_hold_one_row_per_run_and_decision(whole):
-    runs, series = (pl.read_parquet(whole / name) for name in FILES)
+    episodes, runs, series = (pl.read_parquet(whole / name) for name in FILES)
+    assert episodes.is_empty()  # the paper's training is one run
     assert runs.height * 7 == series.height
     assert runs["status"].unique().to_list() == ["ok"]
 
