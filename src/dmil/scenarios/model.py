@@ -141,6 +141,9 @@ class Scenario:
     link_time_s
         (links,) seconds that an undisturbed vehicle needs for each link, where they were measured;
         else length and speed tell.
+    link_free_s
+        (links,) seconds of these that are free flow, beyond which time counts as lost, where they
+        were measured; else length and speed tell.
 
     Raises
     ------
@@ -156,6 +159,7 @@ class Scenario:
     horizon_s: int
     sumo: SumoFiles | None = None
     link_time_s: tuple[float, ...] | None = None
+    link_free_s: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         whole = isinstance(self.horizon_s, int) and not isinstance(self.horizon_s, bool)

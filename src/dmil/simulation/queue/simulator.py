@@ -90,7 +90,7 @@ class QueueSimulator:
         if vehicles is not self._vehicles:
             self._trips = build_trips(self._scenario, self._layout, vehicles)
             if self._scenario.link_time_s is not None:
-                free_flow = replace(self._scenario, link_time_s=None)
+                free_flow = replace(self._scenario, link_time_s=self._scenario.link_free_s)
                 self._free_leg_s = build_trips(free_flow, self._layout, vehicles).leg_s
             self._vehicles = vehicles
         self._state = initial_state(self._layout, self._trips, self.horizon_s)
