@@ -2,6 +2,7 @@
 
 from dmil.studies.executors import EXECUTORS, Executor, LocalExecutor, RayExecutor, make_executor
 from dmil.studies.paper import run_paper_study, study_identity
+from dmil.studies.resco import RescoStudySettings, resco_identity, run_resco_study
 from dmil.studies.settings import PRESETS, PaperStudySettings, Preset
 from dmil.studies.warm_up import compile_kernels
 
@@ -13,8 +14,11 @@ __all__ = [
     "PaperStudySettings",
     "Preset",
     "RayExecutor",
+    "RescoStudySettings",
     "compile_kernels",
     "make_executor",
+    "resco_identity",
     "run_paper_study",
+    "run_resco_study",
     "study_identity",
 ]

@@ -26,12 +26,13 @@ class BlockResult:
 
     Attributes
     ----------
-    block: Block
+    block: data class
+        Which: a `Block` of the paper's study, or another study's unit.
     runs, series, episodes: lists of rows
         See `dmil.results.schema`.
     """
 
-    block: Block
+    block: Any
     runs: list[Row]
     series: list[Row]
     episodes: list[Row] = field(default_factory=list)

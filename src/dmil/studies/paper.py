@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
-from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,14 +10,13 @@ from typing import Any
 import dmil
 from dmil.rewards import make_reward
 from dmil.scenarios import scenario
-from dmil.studies.block import run_block
-from dmil.studies.executors import Executor, LocalExecutor
-from dmil.studies.plan import blocks
+from dmil.studies.block import BlockResult, run_block
+from dmil.studies.executors import Executor
+from dmil.studies.plan import Block, blocks
+from dmil.studies.running import Progress, run_units
 from dmil.studies.settings import PRESETS, PaperStudySettings, check_horizon
 from dmil.studies.store import StudyStore
 from dmil.studies.warm_up import compile_kernels
-
-Progress = Callable[[int, int], None]
 
 
 def run_paper_study(
@@ -52,36 +49,14 @@ def run_paper_study(
     OutputError
         If the folder cannot be used.
     """
-    started, clock = datetime.now(UTC), time.perf_counter()
     check_study(settings)
-    plan = blocks(settings)
-    with StudyStore(folder, study_identity(settings)) as store:
-        if store.complete:
-            if progress:
-                progress(len(plan), len(plan))
-            return
-        finished = store.finished()
-        todo = [block for block in plan if block not in finished]
-        done = len(plan) - len(todo)
-        if progress:
-            progress(done, len(plan))
+
+    def prepare() -> Callable[[Block], BlockResult]:
         compile_kernels()
-        results = (executor or LocalExecutor()).map(partial(run_block, settings), todo)
-        for result in results:
-            store.keep(result)
-            done += 1
-            if progress:
-                progress(done, len(plan))
-        store.finish(
-            {
-                "study": "paper",
-                "configuration": study_identity(settings)["configuration"],
-                "started": started.isoformat(timespec="seconds"),
-                "finished": datetime.now(UTC).isoformat(timespec="seconds"),
-                "wall_s": round(time.perf_counter() - clock, 3),
-                "blocks_kept_from_before": len(finished),
-            }
-        )
+        return partial(run_block, settings)
+
+    with StudyStore(folder, study_identity(settings)) as store:
+        run_units(store, blocks(settings), prepare, executor=executor, progress=progress)
 
 
 def check_study(settings: PaperStudySettings) -> None:
@@ -94,7 +69,7 @@ def check_study(settings: PaperStudySettings) -> None:
     """
     for name in settings.grids:
         made = scenario(f"grid:{name}", horizon_s=settings.horizon_s)
-        check_horizon(settings, made.timing.decision_interval_s)
+        check_horizon(settings.horizon_s, made.timing.decision_interval_s)
     for reward in settings.rewards:
         make_reward(reward)
 

@@ -101,7 +101,7 @@ class PaperStudySettings(BaseModel):
         return self
 
 
-def check_horizon(settings: PaperStudySettings, decision_interval_s: int) -> None:
+def check_horizon(horizon_s: int, decision_interval_s: int) -> None:
     """Check that a run has at least two decisions, so that something can be learned (ours).
 
     Raises
@@ -109,9 +109,9 @@ def check_horizon(settings: PaperStudySettings, decision_interval_s: int) -> Non
     InputError
         If it has not.
     """
-    if settings.horizon_s < 2 * decision_interval_s:
+    if horizon_s < 2 * decision_interval_s:
         raise InputError(
-            f"a run of {settings.horizon_s} s",
+            f"a run of {horizon_s} s",
             where="horizon_s",
             expected=f"at least two decision intervals of {decision_interval_s} s",
         )

@@ -37,6 +37,8 @@ class StudyStore:
         Where; made if missing.
     identity
         What the study is, as JSON: a folder with another one is refused.
+    unit
+        Data class of what is kept as a whole; its fields are columns of the runs.
 
     Raises
     ------
@@ -44,9 +46,10 @@ class StudyStore:
         If the folder is a file, cannot be written, holds something else, or is in use.
     """
 
-    def __init__(self, folder: Path, identity: dict[str, Any]) -> None:
+    def __init__(self, folder: Path, identity: dict[str, Any], unit: type[Any] = Block) -> None:
         self.folder = folder
-        self._identity = identity
+        self.identity = identity
+        self._unit = unit
         self._parts = folder / PARTS_FOLDER
         self._waiting: list[BlockResult] = []
         self._flushed_at = time.monotonic()
@@ -63,7 +66,7 @@ class StudyStore:
                 mend="choose another --out",
             ) from None
         self._lock()
-        self._write_json(IDENTITY_FILE, self._identity)
+        self._write_json(IDENTITY_FILE, self.identity)
         return self
 
     def __exit__(self, *exception: object) -> None:
@@ -76,13 +79,13 @@ class StudyStore:
         """Whether the study is finished."""
         return (self.folder / MANIFEST_FILE).is_file()
 
-    def finished(self) -> set[Block]:
-        """Return the blocks that are kept already."""
-        columns = [field.name for field in fields(Block)]
-        found: set[Block] = set()
+    def finished(self) -> set[Any]:
+        """Return the units that are kept already."""
+        columns = [field.name for field in fields(self._unit)]
+        found: set[Any] = set()
         for path in self._part_files("runs"):
             rows = _read(path, columns).unique()
-            found |= {Block(**row) for row in rows.iter_rows(named=True)}
+            found |= {self._unit(**row) for row in rows.iter_rows(named=True)}
         return found
 
     def keep(self, result: BlockResult) -> None:
@@ -137,8 +140,8 @@ class StudyStore:
             raise OutputError(
                 f"cannot be read ({error})", where=str(path), mend="choose another --out"
             ) from None
-        if found != json.loads(json.dumps(self._identity)):
-            different = _different(found, json.loads(json.dumps(self._identity)))
+        if found != json.loads(json.dumps(self.identity)):
+            different = _different(found, json.loads(json.dumps(self.identity)))
             raise OutputError(
                 f"it holds another study, with other {', '.join(different)}",
                 where=str(self.folder),
