@@ -247,7 +247,7 @@ def resco(settings: RescoParameters, json: bool) -> None:
 
 def _run(run_study: Callable[..., None], settings: StudyParameters | RescoParameters) -> None:
     executor = settings.make_executor()
-    with progress("parts", first_word="starting") as advance:
+    with progress("blocks", first_word="starting") as advance:
         try:
             run_study(settings.study, settings.out, executor=executor, progress=_telling(advance))
         except KeyboardInterrupt:
@@ -264,7 +264,7 @@ def _telling(advance: Progress) -> Progress:
         if not begun:
             begun.append(True)
             if done == total:
-                say(f"The folder holds this study complete, all {total} parts: nothing to run.")
+                say(f"The folder holds this study complete, all {total} blocks: nothing to run.")
                 return
             if is_cold():
                 say("First start: the kernels are compiled once, which takes about half a minute.")
