@@ -58,14 +58,14 @@ def ways_at(connections: Iterable[Connection], edges: dict[str, Edge]) -> Ways:
     joined: dict[tuple[str, str], list[Connection]] = {}
     for way in connections:
         joined.setdefault((way.from_edge, way.to_edge), []).append(way)
-    origin = {name: _heading(edges[name].shape[::-1]) for name, _ in joined}
+    origin = {name: heading(edges[name].shape[::-1]) for name, _ in joined}
     approaches = order_counter_clockwise(origin)
     number = {name: index for index, name in enumerate(approaches)}
     turn = {pair: _turn(ways) for pair, ways in joined.items()}
 
     def place(pair: tuple[str, str]) -> tuple[int, int, float, str]:
         # Of several exits of one turn, the one furthest to the right comes first.
-        towards = (_heading(edges[pair[1]].shape) - origin[pair[0]]) % (2 * math.pi)
+        towards = (heading(edges[pair[1]].shape) - origin[pair[0]]) % (2 * math.pi)
         return number[pair[0]], TURNS.index(turn[pair]), round(towards, 9), pair[1]
 
     order = sorted(joined, key=place)
@@ -186,7 +186,7 @@ def _turn(ways: list[Connection]) -> Turn:
     return max(TURNS, key=lambda turn: turns[turn])
 
 
-def _heading(shape: tuple[Point, ...]) -> float:
+def heading(shape: tuple[Point, ...]) -> float:
     """Return the angle, counter-clockwise from East, in which a line begins."""
     if not shape:
         return 0.0

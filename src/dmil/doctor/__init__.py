@@ -1,0 +1,22 @@
+"""The doctor: what was understood of a network and its demand, and what is wrong with them."""
+
+from dmil.doctor.case import Case, read_case
+from dmil.doctor.diagnosis import Diagnosis, NetworkFacts, examine
+from dmil.doctor.intersections import IntersectionFacts
+from dmil.doctor.kinds import KINDS, SEVERITIES, Finding
+from dmil.doctor.load import Load
+from dmil.doctor.traffic import Traffic
+
+__all__ = [
+    "KINDS",
+    "SEVERITIES",
+    "Case",
+    "Diagnosis",
+    "Finding",
+    "IntersectionFacts",
+    "Load",
+    "NetworkFacts",
+    "Traffic",
+    "examine",
+    "read_case",
+]

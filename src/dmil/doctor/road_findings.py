@@ -1,0 +1,151 @@
+"""What is wrong or suspicious about roads, signals and programs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+
+from dmil.doctor.case import Case, SumoFacts
+from dmil.doctor.kinds import Finding, Severity, finding
+from dmil.network import Intersection, Remark, RoadNetwork
+
+LONGEST_CYCLE_S = 180.0
+
+
+def on_roads(case: Case) -> Iterator[Finding]:
+    """Look for what is wrong or suspicious about the network (ours).
+
+    Parameters
+    ----------
+    case
+        What is examined.
+    """
+    if case.sumo:
+        yield from _on_remarks(case, case.sumo)
+        if case.sumo.left_hand:
+            yield finding("left-hand-traffic", "network", "lefthand is true")
+    for item in case.network.intersections:
+        yield from _on_program(case, item)
+    yield from _on_links(case)
+
+
+def _on_remarks(case: Case, facts: SumoFacts) -> Iterator[Finding]:
+    """Turn the reader's remarks into findings, without the name of the file."""
+    clashing = {
+        item.id
+        for item, signals in zip(case.network.intersections, facts.signals, strict=True)
+        if _movements_clash(item, signals.states, signals.links)
+    }
+    for remark in facts.remarks:
+        place = remark.where.partition(": ")[2] or remark.where
+        mend = f"{remark.mend[0].upper()}{remark.mend[1:]}."
+        severity: Severity | None = None
+        if remark.kind == "conflicting-greens" and _controller(remark) not in clashing:
+            severity = "warning"
+        yield finding(remark.kind, place, remark.text, mend=mend, severity=severity)
+
+
+def _controller(remark: Remark) -> str:
+    return remark.where.rpartition("tlLogic ")[2]
+
+
+def _movements_clash(
+    item: Intersection, states: Iterable[str], links: tuple[tuple[int, ...], ...]
+) -> bool:
+    """Whether two movements that cross have G in one state, not just lanes of one movement."""
+    return any(
+        any(state[k] == "G" for k in links[i]) and any(state[k] == "G" for k in links[j])
+        for state in states
+        for i, j in item.conflicts
+    )
+
+
+def _on_program(case: Case, item: Intersection) -> Iterator[Finding]:
+    place = f"intersection {item.id}"
+    timing = case.timing
+    junctions = case.sumo.junctions.get(item.id, 1) if case.sumo else 1
+    all_red_s = case.sumo.all_red_s.get(item.id, 0.0) if case.sumo else 0.0
+    if junctions > 1:
+        yield finding("several-junctions", place, f"its controller governs {junctions} junctions")
+    if len(item.phases) == 1 and not case.sumo:  # of SUMO's the reader has said so
+        yield finding("single-action", place, "it has one phase", mend="Give it more phases.")
+    if item.program is None:
+        yield finding("no-program", place, "it has no fixed-time program")
+        return
+    if item.program.cycle_s > LONGEST_CYCLE_S:
+        yield finding("long-cycle", place, f"its cycle takes {item.program.cycle_s:g} s")
+    if item.clearance_s >= timing.decision_interval_s:
+        yield finding(
+            "clearance-beyond-interval",
+            place,
+            f"its program clears for {item.clearance_s:g} s, decisions are every "
+            f"{timing.decision_interval_s} s",
+        )
+    elif item.clearance_s > timing.clearance_s:
+        yield finding(
+            "clearance-cut",
+            place,
+            f"its program clears for {item.clearance_s:g} s, the scenario for "
+            f"{timing.clearance_s} s",
+            mend=f"Give --clearance {math.ceil(item.clearance_s)}"
+            + (f" --all-red {math.ceil(all_red_s)}." if all_red_s else "."),
+        )
+    if all_red_s:
+        yield finding("all-red", place, f"all is red for up to {all_red_s:g} s")
+    stages = item.program.stages
+    mixed = [
+        str(k)
+        for k, stage in enumerate(stages)
+        if stage.clearance and stage.green - stages[k - 1].green
+    ]
+    if mixed:
+        yield finding(
+            "mixed-stage",
+            place,
+            f"in stage{'s' if len(mixed) > 1 else ''} {', '.join(mixed)} of its program some "
+            "begin to go while others still clear",
+        )
+
+
+def _on_links(case: Case) -> Iterator[Finding]:
+    network = case.network
+    space_m = case.dynamics.vehicle_space_m
+    signalled = network.intersection_index
+    crossed = {junction.id for junction in network.junctions} | signalled.keys()
+    for index, link in enumerate(network.links):
+        if link.end in crossed and not network.successors[index]:
+            yield finding("dead-end", f"link {link.id}", f"no movement leads on at node {link.end}")
+        if link.end in signalled and 0 < link.length_m < space_m:
+            yield finding(
+                "short-link",
+                f"link {link.id}",
+                f"it is {link.length_m:.1f} m long, a queued vehicle takes {space_m:.1f} m",
+            )
+    yield from _on_reach(network)
+
+
+def _on_reach(network: RoadNetwork) -> Iterator[Finding]:
+    forward = [[link for link, _ in pairs] for pairs in network.successors]
+    backward: list[list[int]] = [[] for _ in forward]
+    for index, following in enumerate(forward):
+        for onto in following:
+            backward[onto].append(index)
+    for ends, ways, what in (
+        (network.entry_links, forward, "no road into the network leads to it"),
+        (network.exit_links, backward, "no way leads from it out of the network"),
+    ):
+        reached = _reached(ends, ways)
+        if ends:
+            for index, link in enumerate(network.links):
+                if index not in reached:
+                    yield finding("unreachable-link", f"link {link.id}", what)
+
+
+def _reached(begin: Iterable[int], ways: list[list[int]]) -> set[int]:
+    found = set(begin)
+    left = list(found)
+    while left:
+        new = set(ways[left.pop()]) - found
+        found |= new
+        left += new
+    return found
