@@ -156,7 +156,8 @@ class SurveyFiles:
         green = np.zeros((seconds, len(signals), orientations), np.bool_)
         known: dict[tuple[int, bytes], BoolArray] = {}
         for _, values in _elements(self.folder / "states.xml", b"tlsState"):
-            second, i = int(float(values[b"time"])) - begin_s, index.get(values[b"id"])
+            # SUMO notes at the end of a step what was shown in it.
+            second, i = int(float(values[b"time"])) - begin_s - 1, index.get(values[b"id"])
             if i is None or not 0 <= second < seconds:
                 continue
             state = values[b"state"]
