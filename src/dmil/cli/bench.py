@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 from dataclasses import asdict
 
 import typer
@@ -15,21 +16,28 @@ from dmil.cli.terminal import print_json, show, waiting
 
 app = typer.Typer(add_completion=False)
 
+SUMO_PACKAGES = ("libsumo", "sumo", "sumo_rl")
+"""What the figures beside SUMO need."""
+
 
 @app.command(cls=Command)
 def bench(json: Json = False, debug: Debug = False) -> None:
     """Measure the speed of simulator, controllers and look-ups on this machine.
 
-    It takes about half a minute. All figures are medians over several rounds, measured in turns in
-    this one process. A step is one simulated second of the whole 5×5 grid; a decision is one
-    intersection's, learning included. A ratio compares with another figure of the same rounds: its
-    median, and between which extremes it lay.
+    It takes about half a minute, and another one where SUMO is installed. All figures are medians
+    over several rounds, measured in turns. A step is one simulated second of the whole network, the
+    5×5 grid if no other is named; a decision is one intersection's, learning included. A ratio
+    compares with another figure of the same rounds: its median, and between which extremes it lay.
     """
     with waiting("measuring"):
         from dmil.benchmarks.lookups import lookup_figures
         from dmil.benchmarks.throughput import throughput_figures
 
         figures = [*throughput_figures(), *lookup_figures()]
+        if all(importlib.util.find_spec(name) for name in SUMO_PACKAGES):
+            from dmil.benchmarks.sumo import sumo_figures
+
+            figures += sumo_figures()
     if json:
         print_json({"figures": [asdict(figure) for figure in figures]})
         return

@@ -48,8 +48,8 @@ def ways(road):
 
 
 def counted(road, ways, *rows, detection_m=200.0, within_s=10):
-    seen = locate(ways, np.array(rows, np.float64))
-    counts = count_vehicles(ways, seen, road, SHAPE, within_s=within_s, detection_m=detection_m)
+    seen = locate(ways, np.array(rows, np.float64).T)
+    counts = count_vehicles(ways, seen, SHAPE, within_s=within_s, detection_m=detection_m)
     return [array.tolist() for array in counts]
 
 
@@ -98,13 +98,13 @@ def test_nobody_counts_behind_the_last_signals_or_off_the_road(road, ways):
 
 def test_stop_lines_that_vehicles_have_come_to(ways):
     rows = np.array([(0, 0, 9, 1, 0), (1, 1, 9, 1, 0), (2, 0, 9, 1, 0)], np.float64)
-    assert reached_stop_lines(ways, locate(ways, rows)) == 1
-    assert reached_stop_lines(ways, locate(ways, np.array([(0, 3, 9, 1, 0.0)]))) == 2
+    assert reached_stop_lines(ways, locate(ways, rows.T)) == 1
+    assert reached_stop_lines(ways, locate(ways, np.array([(0, 3, 9, 1, 0.0)]).T)) == 2
 
 
 def test_no_vehicles_at_all(road):
     empty = Vehicles(np.zeros(0, np.int32), np.zeros(1, np.int32), np.zeros(0, np.int32))
     ways = build_ways(road, empty)
-    seen = locate(ways, np.zeros((0, 5)))
-    queue, coming = count_vehicles(ways, seen, road, SHAPE, within_s=10, detection_m=200.0)
+    seen = locate(ways, np.zeros((5, 0)))
+    queue, coming = count_vehicles(ways, seen, SHAPE, within_s=10, detection_m=200.0)
     assert queue.tolist() == coming.tolist() == NOBODY

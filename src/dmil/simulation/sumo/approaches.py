@@ -24,9 +24,10 @@ class Ways(NamedTuple):
 
     Attributes
     ----------
-    offset: (vehicles + 1,) int32
+    offset: (vehicles + 1,) int64
         Where a vehicle's route begins.
-    link: (places,) int32
+    limit_m_per_s: (places,) float64
+        Speed limit.
     slot: (places,) int64
         Intersection × orientations + movement of the next movement on the route that a controller
         governs; −1 after the last one.
@@ -38,8 +39,8 @@ class Ways(NamedTuple):
         Governed movements crossed before the place.
     """
 
-    offset: IntArray
-    link: IntArray
+    offset: LongArray
+    limit_m_per_s: FloatArray
     slot: LongArray
     own: BoolArray
     ahead_m: FloatArray
@@ -72,6 +73,7 @@ def build_ways(network: RoadNetwork, vehicles: Vehicles) -> Ways:
     link, offset = vehicles.route_links, vehicles.route_offset
     slot = _slots(network, vehicles)
     length_m = np.array([item.length_m for item in network.links])
+    limit_m_per_s = np.array([item.speed_m_per_s for item in network.links])
     governed = np.concatenate([slot >= 0, [False]])
     # The next governed movement at or after a place, then only if it lies on the same route.
     following = np.where(governed, np.arange(governed.size), governed.size - 1)
@@ -84,8 +86,8 @@ def build_ways(network: RoadNetwork, vehicles: Vehicles) -> Ways:
     crossed = np.concatenate([[0], np.cumsum(governed[:-1])])
     start = np.repeat(offset[:-1], np.diff(offset))
     return Ways(
-        offset=offset,
-        link=link,
+        offset=offset.astype(np.int64),
+        limit_m_per_s=limit_m_per_s[link],
         slot=np.where(there, np.append(slot, -1)[following], -1),
         own=there & (following == np.arange(link.size)),
         ahead_m=to_m[last + 1] - to_m[:-1],
@@ -101,23 +103,20 @@ def locate(ways: Ways, numbers: FloatArray) -> Seen:
     ----------
     ways
         Of all vehicles.
-    numbers: (seen, 5) float64
+    numbers: (5, seen) float64
         Vehicle, index on its route of the link that it is on or has left, position on its lane in
         m, speed in m/s, whether it is on a junction.
     """
-    vehicle = numbers[:, 0].astype(np.int64)
-    on_junction = numbers[:, 4] > 0
-    place = ways.offset[vehicle].astype(np.int64) + numbers[:, 1].astype(np.int64) + on_junction
-    last = ways.offset[vehicle + 1].astype(np.int64) - 1
-    return Seen(
-        vehicle, np.minimum(place, last), np.where(on_junction, 0.0, numbers[:, 2]), numbers[:, 3]
-    )
+    vehicle = numbers[0].astype(np.int64)
+    on_junction = numbers[4]
+    place = ways.offset[vehicle] + (numbers[1] + on_junction).astype(np.int64)
+    place = np.minimum(place, ways.offset[vehicle + 1] - 1)
+    return Seen(vehicle, place, numbers[2] * (1 - on_junction), numbers[3])
 
 
 def count_vehicles(
     ways: Ways,
     seen: Seen,
-    network: RoadNetwork,
     shape: tuple[int, int],
     *,
     within_s: int,
@@ -132,8 +131,6 @@ def count_vehicles(
     ----------
     ways, seen
         Routes, and where on them the vehicles are.
-    network
-        The roads.
     shape
         Intersections and orientations.
     within_s
@@ -146,9 +143,8 @@ def count_vehicles(
     queue_veh, approaching_veh: (intersections, orientations) int32
     """
     place = seen.place
-    speed_limit = np.array([item.speed_m_per_s for item in network.links])
     away_m = ways.ahead_m[place] - seen.position_m
-    away_s = ways.ahead_s[place] - seen.position_m / speed_limit[ways.link[place]]
+    away_s = ways.ahead_s[place] - seen.position_m / ways.limit_m_per_s[place]
     near = (ways.slot[place] >= 0) & (ways.own[place] | (away_m <= detection_m))
     speed = seen.speed_m_per_s
     halting = near & (speed >= 0) & (speed < HALTING_M_PER_S)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -109,6 +110,7 @@ class SignalHeads:
         return [*switches, (self._timing.clearance_s, name, after)]
 
 
+@lru_cache(maxsize=4096)
 def cleared(before: str, after: str, losing: str) -> str:
     """Return what signals show between two phases (ours).
 

@@ -83,7 +83,7 @@ class SumoSimulator:
         self._ways: Ways
         self._heads: SignalHeads
         self._accounts: Accounts
-        self._seen = np.zeros((0, 5))
+        self._seen = np.zeros((5, 0))
         self._time_s = NO_RUN
 
     @property
@@ -141,7 +141,7 @@ class SumoSimulator:
         )
         self._heads = SignalHeads(self._signals, self._files.signals, self._scenario.timing)
         self._accounts = Accounts(output, vehicles, self._ways, self._files.begin_s)
-        self._seen = np.zeros((0, 5))
+        self._seen = np.zeros((5, 0))
         self._time_s = 0
         return self._observe()
 
@@ -173,7 +173,7 @@ class SumoSimulator:
         wanted = checked_phases(phases, self.network, self._signals, self._lowest, where=where)
         orders = self._heads.request(wanted, self._time_s)
         answer = process.ask("advance", steps, orders.programs, orders.switches)
-        self._seen = np.frombuffer(answer).reshape(-1, 5)
+        self._seen = np.frombuffer(answer).reshape(5, -1)
         self._time_s += steps
         if self._time_s == self.horizon_s:
             process.ask("close")  # only then SUMO writes about vehicles that have not arrived
@@ -227,7 +227,6 @@ class SumoSimulator:
         queue, approaching = count_vehicles(
             self._ways,
             locate(self._ways, self._seen),
-            self.network,
             (self._signals.served.shape[0], self._signals.served.shape[2]),
             within_s=self.decision_interval_s,
             detection_m=self._detection_m,
