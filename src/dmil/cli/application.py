@@ -33,6 +33,7 @@ COMMANDS = {
     "report": "Write the report of a study again: page, figures, tables.",
     "theory": "Bound the memory's growth and check a choice of its settings.",
     "scenarios": "List the scenarios, or describe one.",
+    "doctor": "Say what was understood of a network and demand, and what is wrong.",
     "controllers": "List controllers, rewards and embeddings, or the settings of one.",
     "bench": "Measure the speed of simulator, controllers and look-ups.",
     "version": "Print versions of dmil and of what it stands on.",

@@ -104,9 +104,9 @@ def _on_load(item: IntersectionFacts) -> Iterator[Finding]:
         )
     elif load.program_degree is not None and load.program_degree > FULL:
         needed = (
-            "more green than the program has for them"
+            "green, and the program has none for them"
             if math.isinf(load.program_degree)
-            else f"{load.program_degree:.0%} of a green"
+            else f"{load.program_degree:.2f} times the green that they have"
         )
         yield finding(
             "program-beyond-capacity",

@@ -1,0 +1,215 @@
+"""``dmil doctor``: what was understood of a network and its demand, and what is wrong with them."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any, cast, get_args
+
+import typer
+
+from dmil.cli.application import FAILED
+from dmil.cli.doctor_text import demand_text, findings_text, intersection_text, network_text
+from dmil.cli.help import Command
+from dmil.cli.options import OUTPUT, Debug, Json
+from dmil.cli.terminal import print_json, say, show
+from dmil.doctor import Diagnosis, Finding, IntersectionFacts, examine, read_case
+from dmil.errors import InputError
+from dmil.network.sumo.reader import Phases
+from dmil.scenarios.model import LONGEST_RUN_S
+
+SCENARIO = "Scenario"
+ELLIPSIS = "…"
+
+app = typer.Typer(add_completion=False)
+
+
+@app.command(cls=Command)
+def doctor(
+    files: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="FILES",
+            help="A .sumocfg; or a .net.xml with its route files; or a folder of CityFlow's; or "
+            "the name of a scenario.",
+            show_default=False,
+        ),
+    ],
+    begin: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            min=0,
+            max=LONGEST_RUN_S,
+            help="SUMO's second at which a run begins; by default that of the configuration, or 0.",
+            rich_help_panel=SCENARIO,
+        ),
+    ] = None,
+    steps: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            min=1,
+            max=LONGEST_RUN_S,
+            help="Length of a run in s; by default until the configuration's end, or until the "
+            "last departure.",
+            rich_help_panel=SCENARIO,
+        ),
+    ] = None,
+    phases: Annotated[
+        str | None,
+        typer.Option(
+            metavar="program|derived",
+            help="Phases of a SUMO network: those of its own signal programs (the default), or "
+            "derived from the movements that do not cross.",
+            rich_help_panel=SCENARIO,
+        ),
+    ] = None,
+    intersection: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ID",
+            help="Look at one intersection; the beginning of its id is enough.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = None,
+    everything: Annotated[
+        bool,
+        typer.Option("--all", help="Print every intersection and finding.", rich_help_panel=OUTPUT),
+    ] = False,
+    draw: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Draw the network, or the intersection and its phases, into a file: .svg, .png, "
+            ".pdf or .html.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = None,
+    strict: Annotated[
+        bool,
+        typer.Option(
+            "--strict",
+            help="End with exit code 1 if there are errors or warnings.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Say what was understood of a network and its demand, and what is wrong with them.
+
+    For example:
+        dmil doctor city.sumocfg
+        dmil doctor city.net.xml city.rou.xml --begin 25200 --draw city.svg
+        dmil doctor resco/cologne3 --intersection 360082 --draw phases.png
+        dmil doctor FOLDER --strict
+
+    First it tells what it read: roads, intersections with their approaches, phases and own
+    programs, which of them share a shape (these may share a memory), departures over time, and
+    whether the signals can serve the demand. Then come findings, each with a mend: errors make
+    results wrong, warnings make them doubtful, notes are good to know. docs/doctor.md explains
+    every one of them.
+
+    Load is the degree of saturation in the busiest 15 minutes: the part of its time that an
+    intersection needs to serve all, at the best division among its phases and a cycle of 120 s.
+    From 100 % on queues grow under every controller. Vehicles that give way count as if nobody
+    were in their way, so real loads are somewhat higher.
+    """
+    case = read_case(files, begin_s=begin, horizon_s=steps, phases=_checked(phases))
+    diagnosis = examine(case)
+    chosen = None if intersection is None else _chosen(diagnosis, intersection)
+    if draw is not None:
+        _draw(diagnosis, chosen, draw)
+    findings = diagnosis.findings if chosen is None else _about(diagnosis, chosen)
+    if json:
+        print_json(_as_json(diagnosis, chosen, findings) | {"drawing": draw})
+    else:
+        _print(diagnosis, chosen, findings, everything)
+        if draw is not None:
+            say(f"Drawing: {draw}")
+    if strict and any(each.severity != "note" for each in findings):
+        raise typer.Exit(FAILED)
+
+
+def _checked(phases: str | None) -> Phases | None:
+    if phases is None or phases in get_args(Phases):
+        return cast(Phases | None, phases)
+    raise InputError(f"found '{phases}'", where="--phases", expected="program or derived")
+
+
+def _chosen(diagnosis: Diagnosis, wanted: str) -> IntersectionFacts:
+    """Find an intersection by its id or the beginning of it."""
+    begin = wanted.rstrip(ELLIPSIS)
+    exact = [each for each in diagnosis.intersections if each.id == wanted]
+    found = exact or [each for each in diagnosis.intersections if each.id.startswith(begin)]
+    if len(found) == 1:
+        return found[0]
+    names = [each.id for each in found or diagnosis.intersections]
+    more = f" and {len(names) - 20} more" if len(names) > 20 else ""
+    raise InputError(
+        f"{len(found)} intersections begin with '{begin}'"
+        if found
+        else f"there is no intersection '{begin}'",
+        where="--intersection",
+        expected=f"one of {', '.join(names[:20])}{more}",
+    )
+
+
+def _about(diagnosis: Diagnosis, chosen: IntersectionFacts) -> tuple[Finding, ...]:
+    places = tuple(f"{kind} {chosen.id}" for kind in ("intersection", "tlLogic", "junction"))
+    return tuple(
+        each
+        for each in diagnosis.findings
+        if any(each.place == place or each.place.startswith(f"{place},") for place in places)
+    )
+
+
+def _draw(diagnosis: Diagnosis, chosen: IntersectionFacts | None, path: Path) -> None:
+    from dmil.reports import save_figure
+    from dmil.reports.intersection_chart import intersection_chart
+    from dmil.reports.network_chart import network_chart
+
+    chart = (
+        network_chart(diagnosis)
+        if chosen is None
+        else intersection_chart(diagnosis, diagnosis.intersections.index(chosen))
+    )
+    save_figure(chart, path)
+
+
+def _print(
+    diagnosis: Diagnosis,
+    chosen: IntersectionFacts | None,
+    findings: tuple[Finding, ...],
+    everything: bool,
+) -> None:
+    if chosen is not None:
+        show(*intersection_text(chosen))
+    else:
+        show(*network_text(diagnosis, everything))
+        show(*demand_text(diagnosis))
+    show(*findings_text(findings, everything or chosen is not None))
+
+
+def _as_json(
+    diagnosis: Diagnosis, chosen: IntersectionFacts | None, findings: tuple[Finding, ...]
+) -> dict[str, Any]:
+    case, traffic = diagnosis.case, diagnosis.traffic
+    demand = asdict(traffic) if traffic else None
+    if demand:
+        # They stand with the intersections and findings.
+        for name in ("load", "crossing", "entries_veh_per_s"):
+            del demand[name]
+    shown = diagnosis.intersections if chosen is None else [chosen]
+    return {
+        "name": case.name,
+        "files": list(case.files),
+        "begin_s": case.begin_s,
+        "horizon_s": case.horizon_s,
+        "timing": case.timing.model_dump(),
+        "network": asdict(diagnosis.network),
+        "intersections": [asdict(each) for each in shown],
+        "demand": demand,
+        "findings": [asdict(each) for each in findings],
+    }
