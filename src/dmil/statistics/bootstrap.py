@@ -173,11 +173,20 @@ def _bootstrap(
                 continue
             weights = rng.multinomial(count, np.full(count, 1 / count), resamples) / count
             drawn = statistic([weights @ one for one in data])
-        low[columns], high[columns] = np.quantile(drawn, _expanded_levels(count, level), axis=0)
+        low[columns], high[columns] = np.quantile(drawn, interval_levels(count, level), axis=0)
     return Estimate(value, low, high, seeds)
 
 
-def _expanded_levels(seeds: int, level: float) -> tuple[float, float]:
+def interval_levels(seeds: int, level: float = DEFAULT_LEVEL) -> tuple[float, float]:
+    """Return the quantiles that end an interval, expanded for few seeds (Hesterberg, 2015).
+
+    Parameters
+    ----------
+    seeds
+        Number of seeds that a resample draws, at least 2.
+    level
+        Coverage of the interval.
+    """
     tail = float(stdtrit(seeds - 1, (1.0 - level) / 2.0))
     lower = float(ndtr(np.sqrt(seeds / (seeds - 1)) * tail))
     return lower, 1.0 - lower

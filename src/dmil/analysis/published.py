@@ -1,0 +1,88 @@
+"""What was published on the RESCO benchmark, as data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+SOURCE = (
+    "Ault and Sharon, Reinforcement Learning Benchmarks for Traffic Signal Control, NeurIPS "
+    "Datasets and Benchmarks 2021"
+)
+METRIC = "delay_s"
+"""Metric that the numbers are of: RESCO's average delay."""
+
+LAST_EPISODES = 10
+"""Episodes at the end of the training that the second number of a learner averages."""
+
+COUNTERPARTS: dict[str, str] = {
+    "fixed": "program",
+    "greedy": "longest-queue-first",
+    "max-pressure": "max-pressure",
+}
+"""Published method to the controller here that does the same."""
+
+
+@dataclass(frozen=True, slots=True)
+class Published:
+    """A published average delay (Ault and Sharon, 2021).
+
+    Attributes
+    ----------
+    scenario: str
+    method: str
+        As the publication calls it.
+    best_s: float
+        Learners: of the best of the 100 training episodes; others: of their runs.
+    last_s: float or None
+        Learners: mean of the last 10 training episodes.
+    """
+
+    scenario: str
+    method: str
+    best_s: float
+    last_s: float | None = None
+
+
+_SCENARIOS = (
+    "resco/cologne1",
+    "resco/cologne3",
+    "resco/cologne8",
+    "resco/ingolstadt1",
+    "resco/ingolstadt7",
+    "resco/ingolstadt21",
+    "resco/grid4x4",
+)
+_BEST: dict[str, tuple[float | None, ...]] = {
+    "fixed": (56.6, 46.4, 63.8, 39.4, 91.3, 133.1, None),
+    "greedy": (27.8, 90.7, 21.9, 28.3, 80.6, 76.3, 34.3),
+    "max-pressure": (65.9, 162.3, 47.7, 23.6, 46.8, 136.7, 52.6),
+    "IDQN": (26.1, 24.0, 22.1, 21.5, 31.2, 59.6, 33.0),
+    "IPPO": (43.2, 24.0, 21.6, 20.9, 31.7, 93.1, 44.0),
+    "MPLight": (28.7, 83.7, 60.4, None, 48.2, 78.2, 46.9),
+}
+_LAST: dict[str, tuple[float | None, ...]] = {
+    "IDQN": (28.9, 95.5, 22.3, 22.2, 35.7, 86.2, 34.1),
+    "IPPO": (211.0, 123.0, 22.5, 22.7, 32.5, 397.0, 45.9),
+    "MPLight": (53.0, 714.0, 252.0, None, 83.0, 377.0, 47.9),
+}
+
+METHODS = tuple(_BEST)
+"""Published methods; those without a counterpart here are learners."""
+
+PUBLISHED: tuple[Published, ...] = tuple(
+    Published(scenario, method, best, _LAST[method][number] if method in _LAST else None)
+    for method, values in _BEST.items()
+    for number, (scenario, best) in enumerate(zip(_SCENARIOS, values, strict=True))
+    if best is not None
+)
+"""All published numbers; a method is missing where the publication has none for a scenario."""
+
+
+def published_by(scenario: str) -> dict[str, Published]:
+    """Return what was published for a scenario, by method (ours)."""
+    return {value.method: value for value in PUBLISHED if value.scenario == scenario}
+
+
+def counterpart_of(controller: str) -> str | None:
+    """Return the published method that does what a controller does, if there is one (ours)."""
+    return next((name for name, own in COUNTERPARTS.items() if own == controller), None)
