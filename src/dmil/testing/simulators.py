@@ -91,11 +91,13 @@ def _check_refusal(
     drive.advance(phases[0])
     right = phases[0]
     counts = [len(item.phases) for item in simulator.network.intersections]
+    # Where there is an own program, -1 asks for it and -2 for its actuated form.
+    none = -1 if simulator.network.intersections[0].program is None else -3
     missing, negative = right.copy(), right.copy()
-    missing[-1], negative[0] = counts[-1], -1
+    missing[-1], negative[0] = counts[-1], none
     wrong = {
         f"phase {counts[-1]} at an intersection with {counts[-1]} phases": missing,
-        "phase -1": negative,
+        f"phase {none}": negative,
         "one phase too many": np.append(right, np.int32(0)),
         "phases that are no whole numbers": right + 0.5,
     }

@@ -66,9 +66,10 @@ def total(measures):
 
 
 @pytest.mark.parametrize("model", ["micro", "meso"])
-def test_it_conforms(model):
-    grid = scenario("grid:1x1", horizon_s=300)
-    check_simulator(lambda: SumoSimulator(grid, model=model))
+@pytest.mark.parametrize("name", ["grid:1x1", "resco/cologne1"])
+def test_it_conforms(name, model):
+    made = scenario(name, horizon_s=300)
+    check_simulator(lambda: SumoSimulator(made, model=model))
 
 
 def test_the_seed_decides_how_drivers_differ(simulator, drivers):

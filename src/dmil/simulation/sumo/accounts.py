@@ -73,14 +73,16 @@ class Accounts:
         travel_s = time_s - depart_s.astype(np.float64)
         travel_s[ids] = arrival_s - depart_s[ids]
         queued_at = seconds[:, 0] + seconds[:, 1]
+        wait_veh_s = float(queued_at.sum())
         gone = self._ways.passed[self._ways.offset[ids + 1] - 1].sum()
         return Measures(
             time_s=time_s,
             spawned_veh=spawned,
             arrived_veh=len(done),
-            wait_veh_s=float(queued_at.sum()),
+            wait_veh_s=wait_veh_s,
             visits=int(gone) + reached_stop_lines(self._ways, seen),
-            arrived_wait_veh_s=float(done[:, [2, 4]].sum()),
+            # Mesoscopic vehicles wait for parts of seconds, which counts at full seconds can miss.
+            arrived_wait_veh_s=min(float(done[:, [2, 4]].sum()), wait_veh_s),
             travel_veh_s=float(travel_s.sum()),
             time_loss_veh_s=float(done[:, 3].sum() + under_way[:, 2].sum()),
             departure_delay_veh_s=float(delay_s.sum()),
