@@ -34,6 +34,7 @@ class PlainQueues:
         self.now = self.overruled = self.visits = self.waiting_steps = self.blocked = 0
         self.outside_steps = self.stops = self.yielded = self.impatient = 0
         self.gap_wait = scenario.dynamics.gap_wait_s
+        self.wave, self.started = Fraction(scenario.dynamics.start_wave_veh_per_s), 0
         self.lights = [Light() for _ in self.network.intersections]
         flow = Fraction(scenario.dynamics.saturation_flow_veh_per_s).limit_denominator(50)
         self.headway, self.ready = 1 / flow, defaultdict(Fraction)
@@ -149,6 +150,28 @@ class PlainQueues:
         for queue in self.lanes.values():
             for car in queue:
                 counts[self.place_of(car)] += 1
+        return counts
+
+    def standing(self):
+        """Queued cars without those at the front that have begun to move."""
+        counts = self.queued()
+        for lane, queue in self.lanes.items():
+            if not self.wave or not queue or self.ready[lane] < self.now:
+                continue
+            moving, left = 0, 1
+            for car in queue:
+                i, j = self.place_of(car)
+                go_s = self.now - self.lights[i].go_from.get(j, self.now)
+                if go_s <= 0 or moving == left:
+                    break
+                if moving == 0:
+                    green_s = go_s + self.rules.startup_lost_s
+                    left = int(self.wave * green_s - go_s / self.headway)
+                    if left <= 0:
+                        break
+                moving += 1
+                counts[i, j] -= 1
+            self.started += moving
         return counts
 
     def room_on(self, link):

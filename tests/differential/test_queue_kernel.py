@@ -55,6 +55,7 @@ def make_case(tee, mixed_network, varied, wander):
             storage=bool(rng.random() < 0.5),
             vehicle_space_m=float(rng.choice([7.5, 20])),
             gap_wait_s=int(rng.choice([0, 3, 20])),
+            start_wave_veh_per_s=float(rng.choice([0, 1, 2])),
         )
         horizon_s = int(rng.integers(80, 160))
         scenario = Scenario(name, network, PoissonDemand(), timing, dynamics, horizon_s)
@@ -144,6 +145,7 @@ def test_every_observation_and_measure_is_that_of_the_plain_twin(name, make_case
             arrived_at.append(sum(car.arrived >= 0 for car in twin.cars))
             queued_at.append(sum(map(len, twin.lanes.values())) + twin.waiting_outside)
         assert_same_state(simulator.state, twin)
+        np.testing.assert_array_equal(seen.queue_veh, table(twin.standing(), shape))
         np.testing.assert_array_equal(
             seen.approaching_veh,
             table(twin.approaching(scenario.timing.decision_interval_s), shape),
@@ -178,10 +180,12 @@ def test_the_cases_meet_every_rule(make_case):
                 shown = np.array([light.shown for light in twin.lights], np.int32)
             twin.step()
             met["outside"] += twin.waiting_outside
+            twin.standing()
         met["overruled"] += twin.overruled
         met["yielded"] += twin.yielded
         met["impatient"] += twin.impatient
         met["stops"] += twin.stops
+        met["started"] += twin.started
         met["blocked"] += twin.blocked
         arrived = [car for car in twin.cars if car.arrived >= 0]
         exits = scenario.network.exit_links
@@ -192,6 +196,6 @@ def test_the_cases_meet_every_rule(make_case):
         met["several per step"] += twin.headway < 1
         met["a part per step"] += twin.headway > 1
         met["steps"] += scenario.horizon_s
-    assert len(met) == 13
+    assert len(met) == 14
     assert min(met.values()) >= 10, dict(met)
     assert met["steps"] > 5000

@@ -33,6 +33,9 @@ class Calibration(BaseModel):
     startup_lost_s: int = Field(
         ge=0, description="Seconds of green that are lost until it does, rounded."
     )
+    start_wave_veh_per_s: float = Field(
+        ge=0, description="Vehicles per second and lane that begin to move at green."
+    )
     link_time_s: tuple[float, ...] = Field(
         description="Mean seconds of an undisturbed vehicle for every link, with the junction "
         "before it."
@@ -69,7 +72,10 @@ class Calibration(BaseModel):
         return replace(
             scenario,
             dynamics=scenario.dynamics.model_copy(
-                update={"saturation_flow_veh_per_s": self.saturation_flow_veh_per_s}
+                update={
+                    "saturation_flow_veh_per_s": self.saturation_flow_veh_per_s,
+                    "start_wave_veh_per_s": self.start_wave_veh_per_s,
+                }
             ),
             timing=scenario.timing.model_copy(update={"startup_lost_s": self.startup_lost_s}),
             link_time_s=self.link_time_s,

@@ -122,6 +122,14 @@ class QueueDynamics(Settings):
         description="Longest wait in seconds, at the head of a lane, of a vehicle that gives way "
         "to others with green and a queue; used where a network says who gives way (paper: no).",
     )
+    start_wave_veh_per_s: float = Field(
+        default=0.0,
+        ge=0,
+        allow_inf_nan=False,
+        description="Vehicles per second and lane that begin to move in a queue at green; they are "
+        "not in the queue any more that controllers see. 0: until it has left, every vehicle is "
+        "(paper).",
+    )
 
 
 @dataclass(frozen=True)

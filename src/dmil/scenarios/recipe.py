@@ -52,6 +52,7 @@ class DynamicsChanges(BaseModel):
     storage: bool | None = _changed(QueueDynamics, "storage")
     vehicle_space_m: float | None = _changed(QueueDynamics, "vehicle_space_m")
     gap_wait_s: int | None = _changed(QueueDynamics, "gap_wait_s")
+    start_wave_veh_per_s: float | None = _changed(QueueDynamics, "start_wave_veh_per_s")
 
 
 class ScenarioRecipe(BaseModel):

@@ -45,6 +45,8 @@ GREEN_SINCE_S = 8
 """Who crosses so long after the beginning of green did not brake for red."""
 FREE_GAP_S = 4.0
 """Who crosses so long after another did not follow a queue."""
+START_WAVE_VEH_PER_S = 1.0
+"""A driver follows the one before after a second: SUMO's tau, its default as in all of RESCO."""
 FEWEST_PASSAGES = 3
 """With fewer undisturbed vehicles a link's time is not measured."""
 TYPICAL = 0.75
@@ -94,6 +96,7 @@ def calibrate(scenario: Scenario, seed: int = SEED) -> Calibration:
         seed=seed,
         saturation_flow_veh_per_s=round(1 / headway_s, 4),
         startup_lost_s=max(0, round(lost_s)),
+        start_wave_veh_per_s=START_WAVE_VEH_PER_S,
         link_time_s=tuple(np.round(time_s, 2).tolist()),
         link_free_s=tuple(np.round(free_s, 2).tolist()),
         headways=headways,

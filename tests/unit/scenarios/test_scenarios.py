@@ -31,6 +31,7 @@ def test_a_grid_has_the_papers_setting():
         "storage": False,
         "vehicle_space_m": 7.5,
         "gap_wait_s": 20,
+        "start_wave_veh_per_s": 0.0,
     }
 
 

@@ -88,6 +88,7 @@ def advance(
         arrived_at[time_s] = counters[ARRIVED]
         queued_at[time_s] = waiting_veh
     counters[TIME] = end_s
+    _count_standing(layout, trips, state, rules.startup_lost_s)
     _count_approaching(trips, state, rules.decision_interval_s)
 
 
@@ -114,6 +115,42 @@ def _count_approaching(trips: Trips, state: State, within_s: int) -> None:
             if state.visit[vehicle] < trips.slot_offset[vehicle + 1]:
                 slot = trips.slots[state.visit[vehicle]]
                 counts[slot // orientations, slot % orientations] += 1
+            vehicle = state.behind[vehicle]
+
+
+@kernel
+def _count_standing(layout: Layout, trips: Trips, state: State, startup_lost_s: int) -> None:
+    """Count the queued vehicles that a start wave has not reached yet, per slot (ours).
+
+    Behind a stop line vehicle after vehicle begins to move from the beginning of green on, sooner
+    than they cross it one headway after the other: those between are queued but do not stand.
+    Nobody moves behind a vehicle that has green and does not go.
+    """
+    standing_veh, wave_veh_per_s = state.standing_veh, layout.start_wave_veh_per_s[0]
+    for i in range(standing_veh.shape[0]):
+        for j in range(standing_veh.shape[1]):
+            standing_veh[i, j] = state.queue_veh[i, j]
+    if wave_veh_per_s == 0:
+        return
+    orientations, time_s = standing_veh.shape[1], state.counters[TIME]
+    for lane in range(state.front.shape[0]):
+        vehicle = state.front[lane]
+        if vehicle == NOBODY or state.ready_s[lane] < time_s - 1e-9:
+            continue
+        slot = trips.slots[state.visit[vehicle]]
+        go_from_s = state.go_from_s[slot // orientations, slot % orientations]
+        if go_from_s >= time_s:
+            continue
+        since_go_s = float(time_s - go_from_s)
+        reached_veh = wave_veh_per_s * (since_go_s + startup_lost_s)
+        moving_veh = int(reached_veh - since_go_s / layout.headway_s[slot] + 1e-9)
+        while moving_veh > 0 and vehicle != NOBODY:
+            slot = trips.slots[state.visit[vehicle]]
+            i, j = slot // orientations, slot % orientations
+            if state.go_from_s[i, j] >= time_s:
+                break
+            standing_veh[i, j] -= 1
+            moving_veh -= 1
             vehicle = state.behind[vehicle]
 
 

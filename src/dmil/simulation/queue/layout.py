@@ -50,6 +50,7 @@ def build_layout(scenario: Scenario) -> Layout:
         headway_s=np.full(size, 1 / dynamics.saturation_flow_veh_per_s),
         capacity_veh=_capacity(scenario),
         gap_wait_s=np.array([dynamics.gap_wait_s], np.int32),
+        start_wave_veh_per_s=np.array([dynamics.start_wave_veh_per_s]),
     )
 
 

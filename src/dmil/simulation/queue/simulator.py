@@ -168,7 +168,7 @@ class QueueSimulator:
         state = self.state
         time_s = int(state.counters[TIME])
         return Observation(
-            queue_veh=state.queue_veh.copy(),
+            queue_veh=state.standing_veh.copy(),
             approaching_veh=state.approaching_veh.copy(),
             phase=state.phase.copy(),
             phase_elapsed_s=np.maximum(time_s - state.green_from_s, 0),

@@ -66,6 +66,8 @@ class Layout(NamedTuple):
         number where storage is unlimited.
     gap_wait_s: (1,) int32
         Longest wait of a vehicle that gives way.
+    start_wave_veh_per_s: (1,) float64
+        How many queued vehicles of a lane begin to move per second of green; 0: none that is seen.
     """
 
     signals: Signals
@@ -78,6 +80,7 @@ class Layout(NamedTuple):
     headway_s: FloatArray
     capacity_veh: IntArray
     gap_wait_s: IntArray
+    start_wave_veh_per_s: FloatArray
 
     @property
     def lane_count(self) -> int:
@@ -129,6 +132,8 @@ class State(NamedTuple):
     go_from_s: (intersections, orientations) int32
         From when on the vehicles of a movement go; `NEVER_S` for red.
     queue_veh: (intersections, orientations) int32
+    standing_veh: (intersections, orientations) int32
+        Vehicles queued that no start wave has reached, at the last decision.
     approaching_veh: (intersections, orientations) int32
         Vehicles that will join the queue within the next decision interval, at the last decision.
     front, back: (lanes,) int32
@@ -160,6 +165,7 @@ class State(NamedTuple):
     switch_s: IntArray
     go_from_s: IntArray
     queue_veh: IntArray
+    standing_veh: IntArray
     approaching_veh: IntArray
     front: IntArray
     back: IntArray
@@ -208,6 +214,7 @@ def initial_state(layout: Layout, trips: Trips, horizon_s: int) -> State:
         switch_s=np.full(intersections, NEVER_S, np.int32),
         go_from_s=np.full((intersections, orientations), NEVER_S, np.int32),
         queue_veh=zeros(intersections, orientations),
+        standing_veh=zeros(intersections, orientations),
         approaching_veh=zeros(intersections, orientations),
         front=empty_lists(lanes),
         back=empty_lists(lanes),
