@@ -25,8 +25,10 @@ SCENARIO_OPTIONS = (
     Option("routes", "--routes", "Scenario", "FILE,FILE"),
     Option("begin_s", "--begin", "Scenario"),
     Option("phases", "--phases", "Scenario", "program|derived"),
+    Option("routing", "--routing", "Scenario", "sumo|free-flow"),
     Option("horizon_s", "--steps", "Scenario"),
     Option("load", "--load", "Scenario"),
+    Option("calibration", "--calibration", "Scenario", "FILE"),
     Option("timing.decision_interval_s", "--decision-interval", _SIGNALS),
     Option("timing.clearance_s", "--clearance", _SIGNALS),
     Option("timing.all_red_s", "--all-red", _SIGNALS),
@@ -175,6 +177,7 @@ def complete_scenario(settings: ScenarioRecipe) -> dict[str, Any]:
     made = recipe_of(settings).build()
     return {
         "horizon_s": made.horizon_s,
+        "routing": made.sumo.routing if made.sumo else None,
         "timing": TimingChanges(**made.timing.model_dump()),
         "dynamics": DynamicsChanges(**made.dynamics.model_dump()),
     }

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.errors import InputError
 from dmil.network.sumo.reader import Phases
+from dmil.scenarios.calibration import load_calibration
 from dmil.scenarios.cityflow import cityflow_scenario
 from dmil.scenarios.model import (
     HIGHEST_LOAD,
@@ -19,7 +20,7 @@ from dmil.scenarios.model import (
     SignalTiming,
 )
 from dmil.scenarios.registry import scenario, with_load
-from dmil.scenarios.sumo import SumoConfiguration, sumo_scenario
+from dmil.scenarios.sumo import Routing, SumoConfiguration, sumo_scenario
 
 
 def _changed(kind: type[BaseModel], name: str) -> Any:
@@ -87,6 +88,11 @@ class ScenarioRecipe(BaseModel):
         description="Phases of a SUMO network: program (those of its own signal programs, the "
         "default) or derived (from the movements that do not cross).",
     )
+    routing: Routing | None = Field(
+        None,
+        description="Ways of SUMO's trips: sumo (it runs once and chooses by the traffic, the "
+        "default where it is installed) or free-flow.",
+    )
     horizon_s: int | None = Field(
         None,
         ge=1,
@@ -101,6 +107,10 @@ class ScenarioRecipe(BaseModel):
         allow_inf_nan=False,
         description="Factor on the demand; 2 means twice as many vehicles.",
     )
+    calibration: Path | None = Field(
+        None,
+        description="What dmil calibrate has measured in SUMO; the queue simulator uses it.",
+    )
     timing: TimingChanges = Field(TimingChanges(), description="When signals may change.")
     dynamics: DynamicsChanges = Field(DynamicsChanges(), description="How queues discharge.")
 
@@ -110,9 +120,12 @@ class ScenarioRecipe(BaseModel):
         Raises
         ------
         InputError
-            If it is not said which, or its files or the changes are not valid.
+            If it is not said which, its files or the changes are not valid, or the calibration is
+            that of another network.
         """
         made = self._named()
+        if self.calibration is not None:
+            made = load_calibration(self.calibration).applied_to(made)
         return replace(
             made,
             timing=SignalTiming(**made.timing.model_dump() | _given(self.timing)),
@@ -130,18 +143,21 @@ class ScenarioRecipe(BaseModel):
                 load=self.load,
                 begin_s=self.begin_s,
                 phases=self.phases,
+                routing=self.routing,
             )
         if given == ["roadnet", "flow"] and self.roadnet and self.flow:
-            if self.begin_s is None and self.phases is None:
+            others = ("begin_s", "phases", "routing")
+            if all(getattr(self, name) is None for name in others):
                 made = cityflow_scenario(self.roadnet, self.flow, horizon_s=self.horizon_s)
                 return with_load(made, self.load)
-            given += [name for name in ("begin_s", "phases") if getattr(self, name) is not None]
+            given += [name for name in others if getattr(self, name) is not None]
         if given == ["net", "routes"] and self.net:
             made = sumo_scenario(
                 SumoConfiguration(self.net, self.routes),
                 begin_s=self.begin_s,
                 horizon_s=self.horizon_s,
                 phases=self.phases or "program",
+                routing=self.routing,
             )
             return with_load(made, self.load)
         raise InputError(

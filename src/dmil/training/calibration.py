@@ -163,7 +163,8 @@ class Passages:
     @cached_property
     def free_s(self) -> FloatArray:
         """Time of free flow of a place's link."""
-        return self.scenario.network.free_flow_time_s[self.vehicles.route_links]
+        flow_s: FloatArray = self.scenario.network.free_flow_time_s[self.vehicles.route_links]
+        return flow_s
 
     @cached_property
     def leg_begin(self) -> LongArray:
