@@ -160,7 +160,11 @@ def _figures(name: str, made: Scenario, folder: Path, rounds: int) -> list[Figur
     )
     own, changing = _own_programs(made), _changing_phases(made)
     queue, sumo = QueueSimulator(made), SumoSimulator(made)
+    # Under its own program a network needs no decisions: SUMO steps through, and so may the queues.
+    undisturbed = made.timing.model_copy(update={"decision_interval_s": made.horizon_s})
+    whole = QueueSimulator(replace(made, timing=undisturbed))
     measured: dict[str, Callable[[], float]] = {
+        "whole": lambda: _simulator_s(whole, vehicles, own[:1]),
         "queue": lambda: _simulator_s(queue, vehicles, own),
         "bare": lambda: bare.seconds(own),
         "bare, changing": lambda: bare.seconds(changing),
@@ -174,7 +178,14 @@ def _figures(name: str, made: Scenario, folder: Path, rounds: int) -> list[Figur
     sumo.close()
     program, phases = f"{name}, its program", f"{name}, phases that change"
     return [
-        _beside(f"queue simulator, {program}", f"bare SUMO, {program}", speeds, "queue", "bare"),
+        _beside(f"queue simulator, {program}", f"bare SUMO, {program}", speeds, "whole", "bare"),
+        _beside(
+            f"queue simulator, {program}, seen every {made.timing.decision_interval_s} s",
+            f"bare SUMO, {program}",
+            speeds,
+            "queue",
+            "bare",
+        ),
         Figure(f"bare SUMO, {program}", median(speeds["bare"]), "steps/s"),
         _beside(
             f"SUMO simulator, {phases}",
