@@ -18,10 +18,10 @@ from dmil.training import vehicles_of_seed
 )
 def test_the_figures_beside_sumo():
     figures = {figure.name: figure for figure in sumo_figures(horizon_s=60, rounds=2)}
-    assert len(figures) == 8
+    assert len(figures) == 10
     assert all(figure.value > 0 for figure in figures.values())
     compared = [figure for figure in figures.values() if figure.against]
-    assert len(compared) == 4
+    assert len(compared) == 6
     for figure in compared:
         assert figure.against in figures
         assert 0 < figure.ratio_min <= figure.ratio_median <= figure.ratio_max
