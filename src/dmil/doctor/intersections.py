@@ -26,7 +26,7 @@ class Approach:
     name
         Point of the compass that it comes from.
     link, lanes, length_m
-        The link.
+        The link, and how many of its lanes lead on.
     turns
         (turn, lanes that serve it) in the order right, straight, left, u-turn.
     """
@@ -206,5 +206,6 @@ def _approaches(case: Case, item: Intersection, sides: Mapping[int, str]) -> tup
             for turn in TURNS
         }
         turns = tuple((turn, count) for turn, count in lanes.items() if count)
-        found.append(Approach(name, link.id, link.lanes, link.length_m, turns))
+        used = {lane for each in mine for lane in each.lanes}
+        found.append(Approach(name, link.id, len(used), link.length_m, turns))
     return tuple(found)

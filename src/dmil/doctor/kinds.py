@@ -340,6 +340,12 @@ DEMAND_KINDS = {
         "Vehicles begin or end within their route (departEdge, arrivalEdge). They drive all of it.",
         "Cut their routes, if the difference matters.",
     ),
+    "free-flow": Kind(
+        "note",
+        "Trips drive the way that is fastest without traffic, while SUMO looks for the fastest in "
+        "the traffic when they depart. On congested networks queues are then longer than in SUMO.",
+        "Install SUMO and leave out --routing, or give vehicles routes.",
+    ),
     "device": Kind(
         "note",
         "Definitions that act on vehicles during the run, such as rerouters, are not used.",

@@ -1,0 +1,247 @@
+"""One intersection as a picture: approaches, lanes, movements, all phases, its own program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from dmil.doctor import Diagnosis, IntersectionFacts
+from dmil.network import Intersection
+from dmil.reports.crossing import LANE_M, Crossing
+from dmil.reports.marks import Chart, heading
+from dmil.reports.network_chart import counted
+from dmil.reports.paths import Points, beside, inside
+from dmil.reports.sheet import Sheet, shortened, text_width
+from dmil.reports.theme import FAINT, GRID, INK
+
+MAIN_PX, SIDE_PX, TOP_PX = 400, 132, 40
+PHASE_PX, GAP_PX, HEAD_PX, MOST_COLUMNS = 196, 18, 36, 4
+PROGRAM_PX, LEGEND_PX = 64, 26
+ROAD, OTHER_ROAD, AREA, MARKING = "#dcdfe3", "#eef0f2", "#e4e7ea", "#ffffff"
+GO, FREE, STOP = INK, "#0072B2", "#D55E00"
+YIELD_DASH = (4, 3)
+
+
+def intersection_chart(diagnosis: Diagnosis, index: int) -> Chart:
+    """Draw an intersection with its phases (ours).
+
+    Parameters
+    ----------
+    diagnosis
+        What was understood.
+    index
+        Which of its intersections.
+    """
+    item, facts = diagnosis.case.network.intersections[index], diagnosis.intersections[index]
+    crossing = Crossing(diagnosis.case, item)
+    columns = min(max(len(item.phases), 3), MOST_COLUMNS)
+    rows = -(-len(item.phases) // columns)
+    width = max(MAIN_PX + 2 * SIDE_PX, columns * (PHASE_PX + GAP_PX) - GAP_PX)
+    below = TOP_PX * 2 + MAIN_PX
+    program_px = PROGRAM_PX if facts.stages else 0
+    phases_px = rows * (PHASE_PX + HEAD_PX + GAP_PX)
+    sheet = Sheet(width, below + LEGEND_PX + phases_px + program_px)
+    _overview(sheet, crossing, item, facts, (width - MAIN_PX) / 2)
+    _legend(sheet, item, below + 10)
+    left = (width - columns * (PHASE_PX + GAP_PX) + GAP_PX) / 2
+    for p in range(len(item.phases)):
+        corner = (
+            left + p % columns * (PHASE_PX + GAP_PX),
+            below + LEGEND_PX + p // columns * (PHASE_PX + HEAD_PX + GAP_PX),
+        )
+        _phase(sheet, crossing, item, facts, p, corner)
+    if facts.stages:
+        _program(sheet, facts, below + LEGEND_PX + phases_px)
+    several = f", one of {facts.alike}" if facts.alike > 1 else ""
+    subtitle = (
+        f"{counted(facts.movements, 'movement')}, {counted(len(facts.phases), 'phase')}; shape "
+        f"{facts.shape}{several}; symmetry group of {facts.symmetries}; North is up"
+    )
+    name = shortened(facts.id, width - 150, 13)
+    return sheet.chart(heading(f"{diagnosis.case.name}: {name}", subtitle))
+
+
+class _Frame:
+    """Where the metres of a crossing are in a square of the picture."""
+
+    def __init__(self, crossing: Crossing, left: float, top: float, size: float) -> None:
+        self._crossing = crossing
+        self._left, self._top, self._size = left, top, size
+        self.scale = size / float((crossing.high - crossing.low)[0])
+        self.lane_px = LANE_M * self.scale
+
+    def place(self, points: Points) -> Points:
+        moved = (points - self._crossing.low) * self.scale
+        return np.column_stack([self._left + moved[:, 0], self._top + self._size - moved[:, 1]])
+
+    def shown(self, points: Points) -> list[Points]:
+        return [
+            self.place(part) for part in inside(points, self._crossing.low, self._crossing.high)
+        ]
+
+
+def _ground(sheet: Sheet, crossing: Crossing, frame: _Frame) -> None:
+    for road in crossing.others:
+        for part in frame.shown(road.line):
+            sheet.line(part, OTHER_ROAD, road.lanes * frame.lane_px)
+    sheet.area(frame.place(crossing.hull), AREA)
+    for road in crossing.roads:
+        for part in frame.shown(road.line):
+            sheet.line(part, ROAD, road.lanes * frame.lane_px)
+    for road in crossing.roads:
+        for part in frame.shown(beside(road.line, -road.lanes / 2 * LANE_M * crossing.side)):
+            sheet.line(part, MARKING, max(1.0, 0.12 * frame.lane_px))
+    for road in crossing.roads:
+        for k in range(1, road.lanes):
+            for part in frame.shown(beside(road.line, (k - road.lanes / 2) * LANE_M)):
+                sheet.line(part, MARKING, max(0.8, 0.08 * frame.lane_px), dash=(5, 4))
+
+
+def _overview(
+    sheet: Sheet, crossing: Crossing, item: Intersection, facts: IntersectionFacts, left: float
+) -> None:
+    frame = _Frame(crossing, left, TOP_PX, MAIN_PX)
+    _ground(sheet, crossing, frame)
+    width = min(max(0.16 * frame.lane_px, 1.0), 1.8)
+    for colour, free in ((FREE, True), (GO, False)):
+        chosen = [j for j in range(len(item.movements)) if (j in item.unsignalled) == free]
+        sheet.arrows(_placed(crossing, frame, chosen), colour, width)
+    for stop in crossing.stops.values():
+        sheet.line(frame.place(stop), FAINT, max(1.0, 0.14 * frame.lane_px))
+    _names(sheet, crossing, frame, facts, left)
+
+
+def _placed(crossing: Crossing, frame: _Frame, movements: Iterable[int]) -> list[Points]:
+    return [frame.place(way) for j in sorted(movements) for way in crossing.ways[j]]
+
+
+def _names(
+    sheet: Sheet, crossing: Crossing, frame: _Frame, facts: IntersectionFacts, left: float
+) -> None:
+    """Write the approaches around the picture, where their roads come in."""
+    low = np.array([left, TOP_PX])
+    middle = low + MAIN_PX / 2
+    sides: dict[str, list[tuple[float, float, int]]] = {}
+    for number, approach in enumerate(facts.approaches):
+        parts = frame.shown(crossing.origin(approach.link))
+        x, y = parts[0][0]
+        across, down = (x - middle[0]) / MAIN_PX, (y - middle[1]) / MAIN_PX
+        if abs(across) > abs(down):
+            x, side = (x + 20, "left") if across > 0 else (x - 20, "right")
+            sides.setdefault(side, []).append((y - 7, x, number))
+        else:
+            aside = 0.3 * approach.lanes * frame.lane_px
+            inner = TOP_PX + 8 < y < TOP_PX + MAIN_PX - 8
+            y += (14 if down > 0 else -24) + (np.copysign(aside, down) if inner else 0.0)
+            sides.setdefault("center", []).append((y, x, number))
+    for align, found in sides.items():
+        found.sort()
+        heights = [y for y, _, _ in found]
+        for y, (_, x, number) in zip(
+            heights if align == "center" else _spread(heights, 32.0), found, strict=True
+        ):
+            approach = facts.approaches[number]
+            words = f"{approach.name}  ({counted(approach.lanes, 'lane')})"
+            sheet.text((x, y), words, 12, align=align, bold=True)
+            link = shortened(approach.link, SIDE_PX - 26, 10)
+            sheet.text((x, y + 13), link, 10, colour=FAINT, align=align)
+
+
+def _spread(places: list[float], least: float) -> list[float]:
+    """Move places, in order, so far apart that words fit between them."""
+    for _ in range(40):
+        for i in range(1, len(places)):
+            gap = least - (places[i] - places[i - 1])
+            if gap > 0:
+                places[i] += gap / 2
+                places[i - 1] -= gap / 2
+    return places
+
+
+def _phase(
+    sheet: Sheet,
+    crossing: Crossing,
+    item: Intersection,
+    facts: IntersectionFacts,
+    p: int,
+    corner: tuple[float, float],
+) -> None:
+    left, top = corner
+    phase = facts.phases[p]
+    room = PHASE_PX - 22
+    sheet.text((left, top + 7), str(p), 12, bold=True, colour=FAINT)
+    sheet.text((left + 16, top + 7), shortened(phase.name, room, 12), 12, bold=True)
+    parts = []
+    if facts.stages:
+        green_s = phase.planned_green_s
+        parts.append(f"{green_s:g} s green" if green_s is not None else "not in its program")
+    if phase.load is not None:
+        parts.append(f"needs {phase.load:.0%} of the time")
+    sheet.text((left + 16, top + 22), ", ".join(parts), 10, colour=FAINT)
+    frame = _Frame(crossing, left, top + HEAD_PX, PHASE_PX)
+    _ground(sheet, crossing, frame)
+    green = item.phases[p]
+    width = min(max(0.24 * frame.lane_px, 1.2), 2.2)
+    gives_way = item.gives_way or ((),) * len(item.movements)
+    yields = [j for j in green if not green.isdisjoint(gives_way[j])]
+    sheet.arrows(_placed(crossing, frame, item.unsignalled), FREE, 0.7 * width)
+    sheet.arrows(_placed(crossing, frame, yields), GO, width, dash=YIELD_DASH)
+    sheet.arrows(_placed(crossing, frame, green.difference(yields)), GO, width)
+    for lane in sorted(_stopped(item, green)):
+        sheet.line(frame.place(crossing.stops[lane]), STOP, min(max(0.4 * frame.lane_px, 2.0), 3.2))
+
+
+def _stopped(item: Intersection, green: frozenset[int]) -> set[tuple[str, int]]:
+    """Return the lanes of which nobody may go."""
+    going = green | item.unsignalled
+    every, free = (
+        {
+            (movement.from_link, lane)
+            for j, movement in enumerate(item.movements)
+            if j in chosen
+            for lane in movement.lanes
+        }
+        for chosen in (set(range(len(item.movements))), going)
+    )
+    return every - free
+
+
+def _legend(sheet: Sheet, item: Intersection, y: float) -> None:
+    x = 2.0
+    entries: list[tuple[str, str, tuple[int, ...]]] = [("may go", GO, ())]
+    if any(not phase.isdisjoint(foes) for phase in item.phases for foes in _foes(item, phase)):
+        entries.append(("may go, gives way", GO, YIELD_DASH))
+    if item.unsignalled:
+        entries.append(("may always go", FREE, ()))
+    for words, colour, dash in entries:
+        sheet.arrows([np.array([[x, y], [x + 15, y], [x + 28, y]])], colour, 1.6, dash=dash)
+        sheet.text((x + 34, y), words, 10.5)
+        x += 34 + text_width(words, 10.5) + 20
+    sheet.line(np.array([[x + 8, y - 6], [x + 8, y + 6]]), STOP, 3.0)
+    sheet.text((x + 16, y), "lane has red", 10.5)
+
+
+def _foes(item: Intersection, phase: frozenset[int]) -> list[tuple[int, ...]]:
+    return [item.gives_way[j] for j in phase] if item.gives_way else []
+
+
+def _program(sheet: Sheet, facts: IntersectionFacts, top: float) -> None:
+    """Draw one cycle of the own program as a bar, clearance in between."""
+    words = f"Own program ({facts.program_kind}), cycle {facts.cycle_s:g} s; grey: no phase"
+    sheet.text((0, top + 6), words, 11, bold=True)
+    y, scale = top + 26, sheet.width / facts.cycle_s
+    at_s = 0.0
+    for seconds, phase in facts.stages:
+        begin, end = at_s * scale, (at_s + seconds) * scale
+        colour = GRID if phase is None else "#9db4c9" if phase % 2 else "#c5d3e0"
+        sheet.line(np.array([[begin + 0.5, y], [end - 0.5, y]]), colour, 18)
+        if phase is not None:
+            sheet.text(((begin + end) / 2, y), str(phase), 11, align="center", bold=True)
+        at_s += seconds
+    step_s = next(step for step in (5, 10, 15, 30, 60, 120, 600) if facts.cycle_s / step <= 14)
+    for tick in range(0, int(facts.cycle_s) + 1, step_s):
+        x = tick * scale
+        sheet.line(np.array([[x, y + 10], [x, y + 14]]), FAINT, 1)
+        align = "left" if tick == 0 else "right" if x > sheet.width - 8 else "center"
+        sheet.text((x, y + 22), f"{tick} s", 10, colour=FAINT, align=align)

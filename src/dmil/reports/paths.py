@@ -1,0 +1,162 @@
+"""Lines through points: moved aside, cut, bent."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+Points = npt.NDArray[np.float64]
+
+
+def beside(points: Points, distance: float) -> Points:
+    """Move a line aside (ours).
+
+    Parameters
+    ----------
+    points: (points, 2) float64
+        With y to the North.
+    distance
+        How far to the right, seen along the line.
+    """
+    points = without_repeats(points)
+    if len(points) < 2:
+        return points
+    along = np.diff(points, axis=0)
+    along /= np.hypot(along[:, 0], along[:, 1])[:, None]
+    normal = np.column_stack([along[:, 1], -along[:, 0]])
+    before, after = np.vstack([normal[:1], normal]), np.vstack([normal, normal[-1:]])
+    middle = before + after
+    # Where the line bends, as far from both parts; a sharp bend is cut off.
+    size = np.maximum((middle * middle).sum(axis=1), 1.0)
+    return np.asarray(points + distance * middle * (2 / size)[:, None])
+
+
+def without_repeats(points: Points, least: float = 1e-6) -> Points:
+    """Leave out points that are nearer to the one before than a least distance (ours).
+
+    Parameters
+    ----------
+    points: (points, 2) float64
+    least
+        The first and the last one always stay.
+    """
+    kept = [points[0]]
+    for point in points[1:-1]:
+        if np.hypot(*(point - kept[-1])) > least:
+            kept.append(point)
+    if np.hypot(*(points[-1] - kept[-1])) > 1e-6:
+        if len(kept) > 1 and np.hypot(*(points[-1] - kept[-1])) <= least:
+            kept.pop()
+        kept.append(points[-1])
+    return np.array(kept)
+
+
+def beginning(points: Points, length: float) -> Points:
+    """Return the first part of a line (ours).
+
+    Parameters
+    ----------
+    points: (points, 2) float64
+    length
+        How much of it; all if it is shorter.
+    """
+    kept, left = [points[0]], length
+    for here, there in pairwise(points):
+        step = float(np.hypot(*(there - here)))
+        if step >= left:
+            return np.array([*kept, here + (there - here) * (left / max(step, 1e-9))])
+        kept.append(there)
+        left -= step
+    return points
+
+
+def ending(points: Points, length: float) -> Points:
+    """Return the last part of a line (ours).
+
+    Parameters
+    ----------
+    points: (points, 2) float64
+    length
+        How much of it; all if it is shorter.
+    """
+    return beginning(points[::-1], length)[::-1]
+
+
+def without_end(points: Points, length: float) -> Points:
+    """Return a line less its last part, but at least a tenth of it (ours).
+
+    Parameters
+    ----------
+    points: (points, 2) float64
+    length
+        How much to leave out.
+    """
+    whole = float(np.hypot(*np.diff(points, axis=0).T).sum())
+    return beginning(points, max(whole - length, 0.1 * whole))
+
+
+def inside(points: Points, low: Points, high: Points) -> list[Points]:
+    """Return the parts of a line that are inside of a box (ours).
+
+    Parameters
+    ----------
+    points: (points, 2) float64
+    low, high: (2,) float64
+        Corners of the box.
+    """
+    parts: list[list[Points]] = []
+    for here, there in pairwise(points):
+        cut = _cut(here, there, low, high)
+        if cut is None:
+            continue
+        first, last = cut
+        if parts and np.allclose(parts[-1][-1], first):
+            parts[-1].append(last)
+        else:
+            parts.append([first, last])
+    return [np.array(part) for part in parts]
+
+
+def _cut(here: Points, there: Points, low: Points, high: Points) -> tuple[Points, Points] | None:
+    begin, end, way = 0.0, 1.0, there - here
+    for axis in (0, 1):
+        if abs(way[axis]) < 1e-12:
+            if not low[axis] <= here[axis] <= high[axis]:
+                return None
+            continue
+        one, other = (low[axis] - here[axis]) / way[axis], (high[axis] - here[axis]) / way[axis]
+        begin, end = max(begin, min(one, other)), min(end, max(one, other))
+    return (here + begin * way, here + end * way) if begin < end else None
+
+
+def bend(start: Points, ahead: Points, end: Points, onward: Points, reach: float) -> Points:
+    """Return a smooth way from one direction into another (ours).
+
+    Parameters
+    ----------
+    start, end: (2,) float64
+    ahead, onward: (2,) float64
+        Unit vectors along the way at its start and its end.
+    reach
+        How far it follows each of them.
+    """
+    t = np.linspace(0.0, 1.0, 17)[:, None]
+    one, other = start + ahead * reach, end - onward * reach
+    return np.asarray(
+        (1 - t) ** 3 * start + 3 * (1 - t) ** 2 * t * one + 3 * (1 - t) * t**2 * other + t**3 * end
+    )
+
+
+def direction(points: Points, *, at_end: bool) -> Points:
+    """Return the unit vector along a line at one of its ends (ours).
+
+    Parameters
+    ----------
+    points: (points, 2) float64
+    at_end
+        Which end.
+    """
+    way = points[-1] - points[-2] if at_end else points[1] - points[0]
+    return np.asarray(way / max(float(np.hypot(*way)), 1e-9))
