@@ -2,8 +2,9 @@
 
 from dmil.doctor.case import Case, read_case
 from dmil.doctor.diagnosis import Diagnosis, NetworkFacts, examine
+from dmil.doctor.findings import Finding
 from dmil.doctor.intersections import IntersectionFacts
-from dmil.doctor.kinds import KINDS, SEVERITIES, Finding
+from dmil.doctor.kinds import KINDS, SEVERITIES
 from dmil.doctor.load import Load
 from dmil.doctor.traffic import Traffic
 

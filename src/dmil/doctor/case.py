@@ -8,7 +8,7 @@ from pathlib import Path
 
 from dmil.demand import Demand
 from dmil.doctor.arguments import Given, SumoFilesGiven, sort_arguments
-from dmil.doctor.kinds import Finding, finding
+from dmil.doctor.findings import Finding, finding
 from dmil.doctor.roads import Line, lines_of
 from dmil.errors import DemandError, InputError
 from dmil.network import (

@@ -8,8 +8,9 @@ from collections.abc import Iterator
 from dmil.demand import SumoDemand
 from dmil.demand.sumo.remarks import TEXTS
 from dmil.doctor.case import Case
+from dmil.doctor.findings import Finding, finding
 from dmil.doctor.intersections import IntersectionFacts
-from dmil.doctor.kinds import Finding, Severity, finding
+from dmil.doctor.kinds import Severity
 from dmil.doctor.traffic import Traffic
 
 LATE_START_S = 600

@@ -21,8 +21,9 @@ from dmil.reports.paths import (
 )
 
 LANE_M = 3.2
-AROUND_M = 20.0
-"""How far the roads are shown beyond their stop lines."""
+AROUND_M = (9.0, 20.0)
+"""How far the roads are shown beyond their stop lines: most of what lies between these, within
+limits."""
 
 
 class Road(NamedTuple):
@@ -79,7 +80,8 @@ class Crossing:
         corners = np.array(ends)
         self.hull = _hull(corners)
         middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
-        half = float(np.abs(corners - middle).max()) + AROUND_M
+        half = float(np.abs(corners - middle).max())
+        half += float(np.clip(0.8 * half, *AROUND_M))
         self.low, self.high = middle - half, middle + half
         mine = {*self._into, *self._out_of}
         self.roads = [
