@@ -31,6 +31,7 @@ COMMANDS = {
     "train": "Train a controller and save its policy to a file.",
     "evaluate": "Compare controllers and trained policies on the same vehicles.",
     "calibrate": "Measure in one run of SUMO what the queue simulator should use.",
+    "export": "Write what a controller did as signal programs for SUMO and as signal events.",
     "report": "Write the report of a study again: page, figures, tables.",
     "theory": "Bound the memory's growth and check a choice of its settings.",
     "scenarios": "List the scenarios, or describe one.",

@@ -190,7 +190,8 @@ class Passages:
         places, begin = self.crossings, self.leg_begin[self.crossings]
         driven_s = np.concatenate([[0.0], np.cumsum(self.free_s)])
         spent_s = self.survey.crossed_s[places] - self.reached_s[begin]
-        return spent_s - (driven_s[places + 1] - driven_s[begin])
+        delay_s: FloatArray = spent_s - (driven_s[places + 1] - driven_s[begin])
+        return delay_s
 
     @cached_property
     def green_from_s(self) -> LongArray:

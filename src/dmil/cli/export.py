@@ -1,0 +1,288 @@
+"""``dmil export``: what a controller did, as SUMO's signal programs and as signal events."""
+
+from __future__ import annotations
+
+import importlib.util
+import json as json_module
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import typer
+from pydantic import Field
+
+from dmil.cli.choices import (
+    SCENARIO_OPTIONS,
+    ControllerChoice,
+    SimulatorChoice,
+    accepted,
+    complete_scenario,
+    controller_options,
+    policy_from,
+    with_scenario_of,
+)
+from dmil.cli.help import Command
+from dmil.cli.measures import number
+from dmil.cli.parameters import Option, settings_command
+from dmil.cli.terminal import print_json, say, show, waiting
+from dmil.compilation import is_cold
+from dmil.controllers import make_controller
+from dmil.errors import InputError
+from dmil.network.sumo import write_sumo_network
+from dmil.rewards import make_reward
+from dmil.scenarios import Scenario
+from dmil.scenarios.recipe import ScenarioRecipe
+from dmil.seeding import LARGEST_SEED
+from dmil.simulation import make_simulator
+from dmil.simulation.measures import Measures
+from dmil.simulation.sumo import SumoSimulator
+from dmil.simulation.sumo.programs import Plan, write_programs
+from dmil.studies import compile_kernels
+from dmil.studies.comparison import Contender
+from dmil.training import Policy, evaluate, vehicles_of_seed
+from dmil.training.mean_cycle import MeanCycle, mean_cycles
+from dmil.training.signal_events import NONE, EventRecorder, SignalEvent, write_signal_events
+
+PROGRAMS, EVENTS = "programs.add.xml", "signals.csv"
+DEFAULT_CONTROLLER = "max-pressure"
+SHOWN = 10
+"""How many warnings are shown."""
+
+
+class ExportParameters(ScenarioRecipe, SimulatorChoice):
+    """What is exported."""
+
+    controller: ControllerChoice = Field(
+        ControllerChoice(name=DEFAULT_CONTROLLER),
+        description="Controller: a name (see dmil controllers) or package.module:Class.",
+    )
+    policy: Path | None = Field(
+        None, description="Policy of a trained controller, instead; it acts frozen and greedily."
+    )
+    seed: int = Field(0, ge=0, le=LARGEST_SEED, description="Seed of the run.")
+    plan_length_s: int | None = Field(
+        None, ge=60, description="Make a plan of its own for every so many s; by default one."
+    )
+    network: bool = Field(
+        False, description="Write the network for SUMO, too, where it does not come from there."
+    )
+    out: Path = Field(Path("export"), description="Folder to write to.")
+
+
+OPTIONS = (
+    *SCENARIO_OPTIONS,
+    Option("simulator", "--simulator", "Run"),
+    *controller_options(many=False),
+    Option("policy", "--policy", "Controller", "FILE"),
+    Option("seed", "--seed", "Run"),
+    Option("plan_length_s", "--plans", "Output"),
+    Option("network", "--network", "Output"),
+    Option("out", "--out", "Output", "FOLDER"),
+)
+
+app = typer.Typer(add_completion=False)
+
+
+def _complete(settings: ExportParameters) -> ExportParameters:
+    changes = complete_scenario(settings) | {"controller": settings.controller.complete()}
+    return settings.model_copy(update=changes)
+
+
+@app.command(cls=Command)
+@settings_command("export", ExportParameters, OPTIONS, complete=_complete)
+def export(settings: ExportParameters, json: bool) -> None:
+    """Write what a controller did as signal programs for SUMO, and as a table of signal events.
+
+    For example:
+        dmil export --policy policy.npz --out plan
+        dmil export --scenario resco/cologne8 --controller max-pressure --simulator sumo
+        sumo -c city.sumocfg -a plan/programs.add.xml
+
+    The controller runs once, frozen. signals.csv has one row per change of phase. programs.add.xml
+    has the mean cycle that it drove at every intersection: its phases in their most frequent order,
+    each as long as it was in the mean. SUMO shows a program that it loads after the network's own.
+    With --plans 900 there is one for every 15 minutes, switched by the clock.
+
+    A fixed-time plan cannot do what the controller does, which looks at the traffic: where SUMO is
+    installed, both are run in it and compared. A .sumocfg that names additional files needs them
+    before this one: -a theirs.add.xml,plan/programs.add.xml
+    """
+    policy = policy_from(settings.policy)
+    if policy and settings.controller.name not in (DEFAULT_CONTROLLER, policy.controller):
+        raise InputError(
+            f"controller '{settings.controller.name}' beside a policy of '{policy.controller}'",
+            where=str(settings.policy),
+            expected="one of the two",
+            mend="leave out --policy or --controller",
+        )
+    scenario = with_scenario_of(settings, policy).build()
+    contender = _contender(settings, policy)
+    if is_cold() and settings.simulator == "queue":
+        with waiting("First start: compiling kernels, once …"):
+            compile_kernels()
+    with waiting(f"{contender.label} in {settings.simulator} …"):
+        events = _run(settings, scenario, contender, settings.simulator)[1]
+    if not any(event.phase != NONE for event in events):
+        raise InputError(
+            "it shows the network's own program, which needs no export",
+            where=f"controller '{contender.label}'",
+            mend="choose a controller that chooses phases",
+        )
+    _make_folder(settings.out)
+    files = [settings.out / EVENTS]
+    write_signal_events(files[0], events, scenario.network)
+    plans = _plans(settings, scenario, events)
+    compared: dict[str, Measures] = {}
+    signals, begin_s = (scenario.sumo.signals, scenario.sumo.begin_s) if scenario.sumo else ((), 0)
+    if settings.network and not scenario.sumo:
+        written = write_sumo_network(scenario.network, settings.out)
+        signals = written.signals
+        files.append(written.net_file)
+    if signals:
+        files.append(settings.out / PROGRAMS)
+        timetable = [
+            (since_s, [Plan(cycle.phases, cycle.green_s) for cycle in cycles])
+            for since_s, cycles in plans
+        ]
+        write_programs(files[-1], timetable, signals, scenario.timing, begin_s)
+        if scenario.sumo and importlib.util.find_spec("libsumo"):
+            with waiting("Both in SUMO …"):
+                compared = _compare(settings, scenario, contender, files[-1])
+    notes = _notes(scenario, plans) if signals else []
+    if json:
+        print_json(_as_json(scenario, contender, files, plans, compared, notes))
+        return
+    changes = sum(event.from_phase != NONE for event in events)
+    show(f"{contender.label} on {scenario.name}, {scenario.horizon_s} s: {changes} phase changes")
+    for label, measures in compared.items():
+        travel, delay = number(measures.travel_time_s, 1), number(measures.delay_s, 1)
+        show(f"  {label:22s} in SUMO: travel time {travel} s, delay {delay} s")
+    for note in notes[:SHOWN]:
+        show(note)
+    if len(notes) > SHOWN:
+        show(f"… and {len(notes) - SHOWN} more such notes (--json has all)")
+    for file in files:
+        say(f"Written: {file}")
+    if not signals:
+        say("No signal programs: the network does not come from SUMO (--network writes both).")
+
+
+def _contender(settings: ExportParameters, policy: Policy | None) -> Contender:
+    name = policy.controller if policy else settings.controller.name
+    frozen = accepted(name, {"learning": False, "epsilon": 0.0})
+    options = json_module.dumps(frozen | settings.controller.options)
+    if settings.policy is None:
+        return Contender(name, name, options)
+    return Contender(settings.policy.name, options=options, policy=str(settings.policy))
+
+
+def _run(
+    settings: ExportParameters, scenario: Scenario, contender: Contender, simulator: str
+) -> tuple[Measures, list[SignalEvent]]:
+    recorder = EventRecorder(make_simulator(scenario, simulator))
+    vehicles = vehicles_of_seed(scenario, settings.seed)
+    controller = contender.make(scenario.network)
+    run = evaluate(recorder, controller, vehicles, make_reward("diffusion"), settings.seed)
+    return run.measures, recorder.events
+
+
+def _compare(
+    settings: ExportParameters, scenario: Scenario, contender: Contender, programs: Path
+) -> dict[str, Measures]:
+    """Run the controller, its plan and the network's own program in SUMO."""
+
+    def fixed_time(*options: str) -> Measures:
+        simulator = SumoSimulator(scenario, further_options=lambda _: options)
+        vehicles, reward = vehicles_of_seed(scenario, settings.seed), make_reward("diffusion")
+        run = evaluate(simulator, make_controller("program"), vehicles, reward, settings.seed)
+        simulator.close()
+        return run.measures
+
+    return {
+        contender.label: _run(settings, scenario, contender, "sumo")[0],
+        "its fixed-time plan": fixed_time("--additional-files", str(programs.resolve())),
+        "the network's program": fixed_time(),
+    }
+
+
+def _plans(
+    settings: ExportParameters, scenario: Scenario, events: list[SignalEvent]
+) -> list[tuple[int, list[MeanCycle]]]:
+    length_s = settings.plan_length_s or scenario.horizon_s
+    return [
+        (
+            begin_s,
+            mean_cycles(
+                events,
+                scenario.network,
+                begin_s=begin_s,
+                end_s=min(begin_s + length_s, scenario.horizon_s),
+            ),
+        )
+        for begin_s in range(0, scenario.horizon_s, length_s)
+    ]
+
+
+def _notes(scenario: Scenario, plans: list[tuple[int, list[MeanCycle]]]) -> list[str]:
+    """Say what a plan leaves out or adds."""
+    notes: Counter[str] = Counter()
+    for _, cycles in plans:
+        for item, cycle in zip(scenario.network.intersections, cycles, strict=True):
+            for what, phases in (
+                ("was hardly shown and is left out", cycle.left_out),
+                (
+                    "was hardly shown, but has a short green: it alone serves a movement",
+                    cycle.added,
+                ),
+            ):
+                for phase in phases:
+                    named = phase < len(item.phase_names) and item.phase_names[phase]
+                    notes[f"{item.id}: phase {phase}{f' ({named})' if named else ''} {what}"] += 1
+            for j in cycle.never_served:
+                movement = item.movements[j]
+                way = f"{movement.from_link} to {movement.to_link}"
+                notes[f"{item.id}: no phase serves the way from {way}"] += 1
+    several = len(plans) > 1
+    return [
+        f"{note}, in {count} of {len(plans)} plans" if several else note
+        for note, count in notes.items()
+    ]
+
+
+def _make_folder(path: Path) -> None:
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"cannot be made ({error.strerror})", where=str(path), expected="a folder"
+        ) from None
+
+
+def _as_json(
+    scenario: Scenario,
+    contender: Contender,
+    files: list[Path],
+    plans: list[tuple[int, list[MeanCycle]]],
+    compared: dict[str, Measures],
+    notes: list[str],
+) -> dict[str, Any]:
+    return {
+        "scenario": scenario.name,
+        "controller": contender.label,
+        "files": files,
+        "plans": [
+            {
+                "since_s": since_s,
+                "intersections": [
+                    {"id": item.id, "phases": cycle.phases, "green_s": cycle.green_s}
+                    for item, cycle in zip(scenario.network.intersections, cycles, strict=True)
+                ],
+            }
+            for since_s, cycles in plans
+        ],
+        "in_sumo": {
+            label: {"travel_time_s": each.travel_time_s, "delay_s": each.delay_s}
+            for label, each in compared.items()
+        },
+        "notes": notes,
+    }

@@ -1,0 +1,168 @@
+"""What a controller made the signals do: one event per phase change."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from dmil.demand import Vehicles
+from dmil.files import write_atomically
+from dmil.network import RoadNetwork
+from dmil.simulation import Observation, Simulator
+from dmil.simulation.measures import Measures
+
+COLUMNS = (
+    "time_s",
+    "intersection",
+    "phase",
+    "phase_name",
+    "from_phase",
+    "green_from_s",
+    "green_before_s",
+    "overruled",
+)
+NONE = -1
+"""Phase before the first one, and while an intersection follows a program."""
+
+
+@dataclass(frozen=True, slots=True)
+class SignalEvent:
+    """A change of phase at one intersection.
+
+    Attributes
+    ----------
+    time_s: int
+        When it began: the clearance of the phase before, if there is one.
+    intersection: int
+        Its index in the network.
+    phase, from_phase: int
+        Local numbers of the new and the former phase; −1 for none.
+    green_from_s: int
+        When the new phase turned green.
+    green_before_s: int
+        How long the former one had been green.
+    overruled: int
+        Requests that signal timing did not grant since the last event, this one's included.
+    """
+
+    time_s: int
+    intersection: int
+    phase: int
+    from_phase: int
+    green_from_s: int
+    green_before_s: int
+    overruled: int
+
+
+class EventRecorder:
+    """A simulator that notes what the signals of another one do (ours).
+
+    Parameters
+    ----------
+    simulator
+        The one that simulates.
+    """
+
+    def __init__(self, simulator: Simulator) -> None:
+        self._simulator = simulator
+        self.events: list[SignalEvent] = []
+
+    @property
+    def network(self) -> RoadNetwork:
+        """The road network that is simulated."""
+        return self._simulator.network
+
+    @property
+    def decision_interval_s(self) -> int:
+        """Time between two decisions."""
+        return self._simulator.decision_interval_s
+
+    @property
+    def horizon_s(self) -> int:
+        """Time at which a run ends."""
+        return self._simulator.horizon_s
+
+    def reset(self, vehicles: Vehicles, seed: int = 0) -> Observation:
+        """Start a run; earlier events are forgotten."""
+        self.events = []
+        observation = self._simulator.reset(vehicles, seed)
+        count = len(self.network.intersections)
+        self._time_s = observation.time_s
+        self._phase = np.full(count, NONE, np.int32)
+        self._green_from_s = np.zeros(count, np.int64)
+        self._overruled = np.zeros(count, np.int64)
+        return observation
+
+    def advance(self, phases: npt.NDArray[np.integer]) -> Observation:
+        """Simulate one decision interval and note the changes of phase."""
+        observation = self._simulator.advance(phases)
+        self._overruled += (np.asarray(phases) >= 0) & (phases != observation.phase)
+        green_from_s = observation.time_s - observation.phase_elapsed_s
+        for i in np.flatnonzero(observation.phase != self._phase).tolist():
+            began = self._phase[i] != NONE
+            self.events.append(
+                SignalEvent(
+                    time_s=self._time_s,
+                    intersection=i,
+                    phase=int(observation.phase[i]),
+                    from_phase=int(self._phase[i]),
+                    green_from_s=int(green_from_s[i]),
+                    green_before_s=int(self._time_s - self._green_from_s[i]) if began else 0,
+                    overruled=int(self._overruled[i]),
+                )
+            )
+            self._green_from_s[i], self._overruled[i] = green_from_s[i], 0
+        self._phase, self._time_s = observation.phase.copy(), observation.time_s
+        return observation
+
+    def measures(self) -> Measures:
+        """Return what has been measured since the last reset."""
+        return self._simulator.measures()
+
+
+def write_signal_events(file: Path, events: Sequence[SignalEvent], network: RoadNetwork) -> None:
+    """Write events as CSV, one row each, whole or not at all (ours).
+
+    Phases are numbered from 0; a former phase is empty where there was none.
+
+    Parameters
+    ----------
+    file
+        Where to.
+    events
+        In the order of time.
+    network
+        The roads.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+
+    def write(unfinished: Path) -> None:
+        with unfinished.open("w", encoding="utf-8", newline="") as text:
+            rows = csv.writer(text, lineterminator="\n")
+            rows.writerow(COLUMNS)
+            for event in events:
+                item = network.intersections[event.intersection]
+                named = 0 <= event.phase < len(item.phase_names)
+                rows.writerow(
+                    (
+                        event.time_s,
+                        item.id,
+                        event.phase if event.phase != NONE else "program",
+                        item.phase_names[event.phase] if named else "",
+                        "" if event.from_phase == NONE else event.from_phase,
+                        event.green_from_s,
+                        event.green_before_s,
+                        event.overruled,
+                    )
+                )
+
+    write_atomically(file, write)
