@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from dmil.demand import read_sumo_routes
+from dmil.demand.sumo.routing import routed_by_sumo
 from dmil.network import read_sumo_network
 from dmil.network.sumo.writer import sumo_program
 from dmil.seeding import stream
@@ -39,15 +40,17 @@ def net(tmp_path_factory):
     return path
 
 
-def of_sumo(net, routes):
-    """Run SUMO with ways that do not depend on the traffic: intended departures and edges."""
+def of_sumo(net, routes, end_s=END_S, *, in_traffic=False):
+    """Run SUMO, if not said with ways independent of the traffic: intended departures, edges."""
     output = routes.with_name("output.xml")
     program, environment = sumo_program("sumo")
     command = [str(program), "--net-file", str(net), "--route-files", str(routes)]
-    command += ["--begin", str(BEGIN_S), "--end", str(END_S), "--no-step-log", "--no-warnings"]
+    command += ["--begin", str(BEGIN_S), "--end", str(end_s), "--no-step-log", "--no-warnings"]
     command += ["--vehroute-output", str(output), "--vehroute-output.intended-depart"]
-    command += ["--vehroute-output.write-unfinished", "--device.rerouting.adaptation-interval=0"]
-    command += ["--device.rerouting.adaptation-steps=0", "--max-depart-delay=-1"]
+    command += ["--vehroute-output.write-unfinished", "--time-to-teleport", "-1"]
+    if not in_traffic:
+        command += ["--device.rerouting.adaptation-interval=0"]
+        command += ["--device.rerouting.adaptation-steps=0"]
     subprocess.run(command, check=True, capture_output=True, env=environment, timeout=120)
     for vehicle in ElementTree.parse(output).getroot().iter("vehicle"):
         last = vehicle.findall(".//route")[-1]
@@ -73,3 +76,35 @@ def test_departures_and_ways_are_those_of_sumo(net, tmp_path):
         "after-end": (1, "late"),
         "unsorted": (1, "unsorted"),
     }
+
+
+def test_ways_in_traffic_are_those_of_sumo(net, tmp_path, monkeypatch):
+    monkeypatch.setenv("DMIL_CACHE", str(tmp_path))
+    own = '<route edges="left1A1 A1B1 B1C1 C1right1"/></vehicle>'
+    crowd = "".join(
+        f'<trip id="t{k}" type="car" depart="{10.3 + 2.5 * k}" from="left{k % 3}A{k % 3}" '
+        f'to="C{k % 2}right{k % 2}" departLane="best"/><vehicle id="v{k}" depart="{12 + 2.5 * k}">'
+        f"{own}"
+        for k in range(150)
+    )
+    routes = tmp_path / "routes.rou.xml"
+    routes.write_text(f'<routes><vType id="car" length="4"/>{crowd}</routes>')
+    network = read_sumo_network(net).network
+    demand = read_sumo_routes(routes, network, begin_s=BEGIN_S, end_s=END_S)
+    routed = routed_by_sumo(demand, network, net, END_S - BEGIN_S)
+    assert routed.remarks == demand.remarks
+
+    def ways(each):
+        found = each.vehicles(network, END_S - BEGIN_S, stream(0))
+        return sorted(
+            (int(second), " ".join(network.links[k].id for k in found.route(vehicle)))
+            for vehicle, second in enumerate(found.depart_s)
+        )
+
+    theirs = sorted(
+        (int(np.ceil(s)) - BEGIN_S, edges)
+        for s, _, edges in of_sumo(net, routes, END_S + 1800, in_traffic=True)
+    )
+    assert ways(routed) == theirs
+    detours = sum(one != other for one, other in zip(ways(demand), theirs, strict=True))
+    assert detours > 10

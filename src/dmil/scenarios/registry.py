@@ -13,7 +13,7 @@ from dmil.network.sumo.reader import Phases
 from dmil.scenarios.cityflow import cityflow_scenario, find_cityflow_files
 from dmil.scenarios.model import QueueDynamics, Scenario, SignalTiming
 from dmil.scenarios.resco import PREFIX, RESCO, find_resco_configuration
-from dmil.scenarios.sumo import sumo_scenario
+from dmil.scenarios.sumo import Routing, sumo_scenario
 
 GRID_HORIZON_S = 300
 
@@ -44,6 +44,7 @@ def scenario(
     demand: Demand | None = None,
     begin_s: int | None = None,
     phases: Phases | None = None,
+    routing: Routing | None = None,
 ) -> Scenario:
     """Return a scenario by its name (grids: paper, §VI; resco: RESCO; others ours).
 
@@ -58,7 +59,7 @@ def scenario(
         Factor on the demand.
     timing, dynamics, demand
         Instead of the scenario's own.
-    begin_s, phases
+    begin_s, phases, routing
         Of scenarios from SUMO's files only, see `sumo_scenario`.
 
     Raises
@@ -75,16 +76,17 @@ def scenario(
             begin_s=begin_s,
             horizon_s=horizon_s,
             phases=phases or "program",
+            routing=routing,
             timing=timing,
             dynamics=dynamics,
             name=name,
         )
         return with_load(made if demand is None else replace(made, demand=demand), load)
-    if begin_s is not None or phases is not None:
+    if begin_s is not None or phases is not None or routing is not None:
         raise InputError(
-            f"the scenario '{name}' has neither a begin nor phases to choose",
+            f"the scenario '{name}' has no begin, phases or routing to choose",
             where="scenario",
-            expected="a scenario from SUMO's files where begin or phases are given",
+            expected="a scenario from SUMO's files where one of these is given",
             mend="leave them out",
         )
     if kind == "grid":

@@ -6,15 +6,19 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 from urllib.parse import unquote
 
-from dmil.demand.sumo import SumoDemand, read_sumo_routes
+from dmil.demand.sumo import read_sumo_routes
 from dmil.demand.sumo.entry import seconds_of
+from dmil.demand.sumo.routing import routed_by_sumo, sumo_is_installed, with_remark
 from dmil.errors import InputError
-from dmil.network.sumo import SumoNetwork, SumoSignals, read_sumo_network
+from dmil.network.sumo import SumoSignals, read_sumo_network
 from dmil.network.sumo.reader import Phases
 from dmil.network.xml_file import XmlPlace, XmlWalk
 from dmil.scenarios.model import QueueDynamics, Scenario, SignalTiming
+
+Routing = Literal["sumo", "free-flow"]
 
 DECISION_INTERVAL_S = 10
 CLEARANCE_S = 3
@@ -53,6 +57,8 @@ class SumoFiles:
         The vehicle types as XML elements, without a root element.
     begin_s
         SUMO's second that is second 0 of a run.
+    routing
+        Where the ways of trips are from; None where all vehicles have a route.
     """
 
     net_file: Path
@@ -60,6 +66,7 @@ class SumoFiles:
     kinds: tuple[dict[str, str], ...] = ({},)
     vehicle_types_xml: str = ""
     begin_s: int = 0
+    routing: Routing | None = None
 
 
 @dataclass(frozen=True)
@@ -200,6 +207,7 @@ def sumo_scenario(
     begin_s: int | None = None,
     horizon_s: int | None = None,
     phases: Phases = "program",
+    routing: Routing | None = None,
     timing: SignalTiming | None = None,
     dynamics: QueueDynamics | None = None,
     name: str | None = None,
@@ -218,6 +226,11 @@ def sumo_scenario(
     phases
         ``"program"``: those of the network's own signal programs. ``"derived"``: made from the
         movements that do not cross.
+    routing
+        Ways of trips, which the files give no route. ``"sumo"``: SUMO runs once, on the network's
+        own signal programs, and its choices are kept on disk, see
+        `dmil.demand.sumo.routing.routed_by_sumo`. ``"free-flow"``: the fastest without traffic. If
+        not given, ``"sumo"`` where it is installed.
     timing
         Signal timing; if not given, decisions every 10 s and 3 s of clearance.
     dynamics
@@ -229,9 +242,10 @@ def sumo_scenario(
     Raises
     ------
     InputError
-        If a file is not valid, the files do not belong together, or no vehicle departs in time.
+        If a file is not valid, the files do not belong together, no vehicle departs in time, or
+        SUMO refuses to route.
     MissingExtraError
-        If sumolib is not installed.
+        If sumolib is not installed, or SUMO is not and shall route.
     """
     given = files if isinstance(files, SumoConfiguration) else read_sumo_configuration(files)
     begin_s = given.begin_s if begin_s is None else begin_s
@@ -251,6 +265,17 @@ def sumo_scenario(
         begin_s=begin_s,
         end_s=end_s,
     )
+    if end_s is None:
+        horizon_s = _rounded(demand.last_departure_s + 1)
+    else:
+        horizon_s = math.ceil(end_s - begin_s)
+    chosen: Routing | None = None
+    if demand.trips:
+        chosen = routing or ("sumo" if sumo_is_installed() else "free-flow")
+        if chosen == "sumo":
+            demand = routed_by_sumo(demand, roads.network, given.net_file, horizon_s)
+        else:
+            demand = with_remark(demand, len(demand.trips))
     return Scenario(
         name=name or f"sumo:{roads.network.name}",
         network=roads.network,
@@ -263,16 +288,17 @@ def sumo_scenario(
             storage=True,
             vehicle_space_m=demand.vehicle_space_m,
         ),
-        horizon_s=_rounded(demand.last_departure_s + 1)
-        if end_s is None
-        else math.ceil(end_s - begin_s),
-        sumo=_files(roads, demand, begin_s),
+        horizon_s=horizon_s,
+        sumo=SumoFiles(
+            net_file=roads.path,
+            signals=roads.signals,
+            kinds=demand.kinds,
+            vehicle_types_xml=demand.vehicle_types_xml,
+            begin_s=begin_s,
+            routing=chosen,
+        ),
     )
 
 
 def _rounded(departures_s: int) -> int:
     return HORIZON_ROUNDED_TO_S * max(1, math.ceil(departures_s / HORIZON_ROUNDED_TO_S))
-
-
-def _files(roads: SumoNetwork, demand: SumoDemand, begin_s: int) -> SumoFiles:
-    return SumoFiles(roads.path, roads.signals, demand.kinds, demand.vehicle_types_xml, begin_s)

@@ -43,6 +43,15 @@ def test_the_printed_file_gives_the_same(dmil, files, tmp_path):
     assert dmil("simulate", "--config", file, "--print-config") == text
 
 
+def test_where_the_ways_of_trips_are_from_is_recorded(dmil, files):
+    run = ("simulate", "--scenario", NAME, "--steps", "300", "--print-config")
+    assert tomllib.loads(dmil(*run))["routing"] == "sumo"
+    assert tomllib.loads(dmil(*run, "--routing", "free-flow"))["routing"] == "free-flow"
+    assert "routing" not in tomllib.loads(dmil("simulate", "--scenario", "grid:2x2", *run[3:]))
+    dmil(*run, "--routing", "shortest", code=2)
+    assert "expected one of free-flow, sumo" in dmil.err
+
+
 def test_a_policy_remembers_its_files(dmil, files, tmp_path):
     policy = tmp_path / "p.npz"
     begin = ("--begin", "25200", "--steps", "60")
@@ -65,7 +74,7 @@ def test_a_scenario_of_resco_is_described(dmil, files):
     [
         (("--scenario", "resco/cologne2"), "Did you mean 'resco/cologne"),
         (("--scenario", "sumo:gone.sumocfg"), "gone.sumocfg: there is no such file"),
-        (("--scenario", "grid:2x2", "--begin", "5"), "neither a begin nor phases"),
+        (("--scenario", "grid:2x2", "--begin", "5"), "has no begin, phases or routing"),
         (("--net", "a.net.xml"), "only net; expected either the name of a scenario"),
         (("--scenario", NAME, "--begin", "-1"), "--begin: found -1; expected at least 0"),
         (("--scenario", NAME, "--begin", "90000"), "would begin at 90000 s and end at 28800 s"),

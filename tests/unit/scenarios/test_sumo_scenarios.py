@@ -184,6 +184,35 @@ def test_a_beginning_without_vehicles_is_named(folder):
         sumo_scenario(path, begin_s=30000)
 
 
+def test_sumo_looks_for_the_ways_of_trips_where_there_are_any(folder, monkeypatch, tmp_path):
+    path = written(folder, LONG)
+    monkeypatch.setenv("DMIL_CACHE", str(tmp_path / "cache"))
+    made, free = sumo_scenario(path), scenario(f"sumo:{path}", routing="free-flow")
+    assert made.sumo is not None and free.sumo is not None
+    assert (made.sumo.routing, free.sumo.routing) == ("sumo", "free-flow")
+    assert made.demand.remarks == ()
+    assert [(each.kind, each.count) for each in free.demand.remarks] == [("free-flow", 12)]
+    assert len(list((tmp_path / "cache").rglob("*.txt"))) == 1
+    given = SumoConfiguration(folder / "x.net.xml", (folder / "own.rou.xml",))
+    edges = '<vehicle id="0" depart="0"><route edges="left0A0 A0right0"/></vehicle>'
+    (folder / "own.rou.xml").write_text(f"<routes>{edges}</routes>")
+    assert sumo_scenario(given, routing="sumo").sumo.routing is None
+    recipe = ScenarioRecipe(scenario=f"sumo:{path}", routing="free-flow")
+    assert recipe.build().sumo.routing == "free-flow"
+
+
+def test_without_sumo_trips_drive_the_ways_of_free_flow(folder, monkeypatch):
+    def absent(name):
+        raise MissingExtraError("sumo")
+
+    monkeypatch.setattr("dmil.demand.sumo.routing.sumo_program", absent)
+    made = sumo_scenario(written(folder, SHORT))
+    assert made.sumo.routing == "free-flow"
+    assert [each.kind for each in made.demand.remarks] == ["free-flow"]
+    with pytest.raises(MissingExtraError, match=r"pip install 'dmil\[sumo\]'"):
+        sumo_scenario(written(folder, SHORT), routing="sumo")
+
+
 def test_a_recipe_of_files(folder):
     given = {"net": folder / "x.net.xml", "routes": (folder / "b c.rou.xml.gz",)}
     recipe = ScenarioRecipe(**given, begin_s=25200, horizon_s=60, phases="program", load=2.0)
@@ -200,8 +229,8 @@ def test_a_recipe_of_files(folder):
 
 
 def test_other_scenarios_have_no_beginning():
-    for options in ({"begin_s": 5}, {"phases": "derived"}):
-        with pytest.raises(InputError, match="'grid:2x2' has neither a begin nor phases"):
+    for options in ({"begin_s": 5}, {"phases": "derived"}, {"routing": "sumo"}):
+        with pytest.raises(InputError, match="'grid:2x2' has no begin, phases or routing"):
             scenario("grid:2x2", **options)
 
 

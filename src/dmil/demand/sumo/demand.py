@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,8 +11,8 @@ import numpy as np
 from dmil.demand.recorded import FileDemand, in_order
 from dmil.demand.sumo.departures import Drawn, Listed
 from dmil.demand.sumo.remarks import DemandRemark
-from dmil.demand.sumo.ways import Choice
-from dmil.demand.vehicles import Vehicles, check_horizon
+from dmil.demand.sumo.ways import Choice, Ends
+from dmil.demand.vehicles import FloatArray, Vehicles, check_horizon
 from dmil.network import RoadNetwork
 
 
@@ -77,6 +77,10 @@ class SumoDemand:
         Mean length and least gap of the vehicles.
     remarks
         What was left out of the files, and why.
+    trips
+        For those of the recorded vehicles whose route no file says: from where to where they go.
+    exact_depart_s: (recorded vehicles,) float64
+        Their departures before they were rounded up to whole seconds.
     """
 
     recorded: FileDemand
@@ -86,6 +90,8 @@ class SumoDemand:
     vehicle_types_xml: str
     vehicle_space_m: float
     remarks: tuple[DemandRemark, ...]
+    trips: Mapping[int, Ends]
+    exact_depart_s: FloatArray
 
     @property
     def last_departure_s(self) -> int:
@@ -115,6 +121,22 @@ class SumoDemand:
         once more; below 1, vehicles are left out at random.
         """
         return replace(self, recorded=self.recorded.scaled(load))
+
+    def on_ways(self, ways: Mapping[int, Sequence[int]]) -> SumoDemand:
+        """Return the demand with other ways for some of the recorded vehicles.
+
+        Parameters
+        ----------
+        ways
+            Number of the vehicle to its link indices, which must be a way of the network.
+        """
+        before = self.recorded.recorded
+        routes = [ways.get(v, before.route(v)) for v in range(len(before))]
+        offset = np.zeros(len(routes) + 1, dtype=np.int32)
+        np.cumsum([len(route) for route in routes], out=offset[1:])
+        links = np.concatenate([np.asarray(route, dtype=np.int32) for route in routes])
+        after = replace(before, route_offset=offset, route_links=links)
+        return replace(self, recorded=replace(self.recorded, recorded=after))
 
 
 def _together(parts: Sequence[Vehicles]) -> Vehicles:

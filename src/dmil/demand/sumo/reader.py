@@ -22,7 +22,7 @@ from dmil.demand.sumo.departures import (
 from dmil.demand.sumo.entry import Entry
 from dmil.demand.sumo.remarks import DemandRemark, Remarks
 from dmil.demand.sumo.types import VehicleTypes
-from dmil.demand.sumo.ways import Unusable, Ways
+from dmil.demand.sumo.ways import Ends, Unusable, Ways, ends_of
 from dmil.errors import DemandError
 from dmil.network import RoadNetwork
 from dmil.network.xml_file import iter_elements
@@ -70,7 +70,8 @@ def read_sumo_routes(
 ) -> SumoDemand:
     """Read the vehicles, trips and flows of SUMO's route files (ours).
 
-    Trips, and flows that only say from where to where, drive the way that is fastest at free flow.
+    Trips, and flows that only say from where to where, drive the way that is fastest at free flow;
+    `dmil.demand.sumo.routing.routed_by_sumo` lets them drive those of the traffic.
     Times are those of SUMO, departures are rounded up to whole seconds after ``begin_s``. Vehicles
     that the network has no way for are left out; the demand's remarks count them and whatever else
     is not as in SUMO.
@@ -122,6 +123,7 @@ class _Reading:
         self._depart_s: list[float] = []
         self._routes: list[tuple[int, ...]] = []
         self._kind: list[int] = []
+        self._ends: list[Ends | None] = []
         self._streams: list[Stream] = []
         self._total_veh = 0
         self._unknown_veh = 0
@@ -190,6 +192,7 @@ class _Reading:
         self._depart_s.extend(inside.depart_s)
         self._routes.extend([choice[0][0]] * len(inside.depart_s))
         self._kind.extend([kind] * len(inside.depart_s))
+        self._ends.extend([ends_of(entry)] * len(inside.depart_s))
 
     def _inside(self, entry: Entry, departures: Listed | Drawn) -> Listed | Drawn:
         """Leave out the departures before the beginning and those at or after the end."""
@@ -253,8 +256,10 @@ class _Reading:
             )
         if not self._veh_of_space_m:
             raise self._empty(where)
-        depart_s = np.ceil(np.round(np.array(self._depart_s) - self._window.begin_s, 3))
-        recorded = in_order(depart_s, self._routes, self._kind)
+        exact_s = np.round(np.array(self._depart_s) - self._window.begin_s, 3)
+        recorded = in_order(np.ceil(exact_s), self._routes, self._kind)
+        order = np.argsort(np.ceil(exact_s), kind="stable")
+        ends = [self._ends[vehicle] for vehicle in order]
         return SumoDemand(
             recorded=FileDemand(self._network, recorded),
             streams=tuple(self._streams),
@@ -263,6 +268,8 @@ class _Reading:
             vehicle_types_xml=self._types.xml,
             vehicle_space_m=_mean(self._veh_of_space_m),
             remarks=self._remarks.all(),
+            trips={vehicle: each for vehicle, each in enumerate(ends) if each is not None},
+            exact_depart_s=exact_s[order],
         )
 
     def _empty(self, where: str) -> DemandError:

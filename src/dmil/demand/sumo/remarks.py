@@ -25,6 +25,8 @@ TEXTS = {
     "stops": "have stops, which they do not make: they drive on",
     "parameters": "have parameters (<param>), which are not used",
     "route-part": "begin or end within their route (departEdge, arrivalEdge); they drive all of it",
+    "free-flow": "drive the way that is fastest at free flow, while SUMO looks for the fastest in "
+    "the traffic at departure",
     "signal-program": "programs of signals outside the network's file are not used; put them into "
     "the network with netconvert",
     "device": "definitions that act on vehicles during the run are not used",

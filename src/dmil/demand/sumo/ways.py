@@ -14,6 +14,10 @@ from dmil.network import RoadNetwork
 
 Choice = tuple[Way, ...]
 """Routes of link indices, each with the probability that a vehicle takes it."""
+Ends = tuple[tuple[str, str], ...]
+"""What a trip says of its way: attributes of ``<trip>`` and their values."""
+
+_ENDS = ("from", "to", "fromJunction", "toJunction", "via")
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +34,15 @@ class Unusable:
 
     kind: str
     road: str
+
+
+def ends_of(entry: Entry) -> Ends | None:
+    """Return from where to where a vehicle, trip or flow goes, None if it has a route (ours)."""
+    if entry.get("route") is not None or any(
+        child.tag in ("route", "routeDistribution") for child in entry.element
+    ):
+        return None
+    return tuple((name, entry.element.attrib[name]) for name in _ENDS if entry.get(name))
 
 
 class Ways:
@@ -136,8 +149,7 @@ class Ways:
         return ((links, 1.0),) if gap is None else Unusable("no-way", edges[gap])
 
     def _trip(self, entry: Entry) -> Choice | Unusable:
-        names = ("from", "to", "fromJunction", "toJunction", "via")
-        key = tuple(entry.get(name) for name in names)
+        key = tuple(entry.get(name) for name in _ENDS)
         start, end = key[0] or key[2], key[1] or key[3]
         if start and end:
             if key not in self._trips:

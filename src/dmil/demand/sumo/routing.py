@@ -1,0 +1,230 @@
+"""The ways that SUMO chooses for trips: it runs once, and what it chose is kept on disk.
+
+SUMO looks for the fastest way of a trip when it departs, by the mean travel times of the last
+minutes. So the ways depend on the traffic, and only a run tells them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import subprocess
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+from dmil.compilation import user_cache_folder
+from dmil.demand.recorded import first_gap
+from dmil.demand.sumo.demand import SumoDemand
+from dmil.demand.sumo.remarks import TEXTS, DemandRemark
+from dmil.errors import DemandError, MissingExtraError, OutputError
+from dmil.files import write_text_atomically
+from dmil.network import RoadNetwork
+from dmil.network.sumo.writer import sumo_program
+from dmil.network.xml_file import iter_elements
+from dmil.seeding import stream
+
+SEED = 23423
+"""SUMO's own default."""
+LONGER_S = 1800
+"""How long the run goes on after the last departure, so that those who wait to enter get a way."""
+LAST_LINES = 3
+"""How many lines of SUMO's complaint an error shows."""
+_FOLDER, _TITLE = "routes", "ways of trips, digest "
+
+Found = Mapping[int, tuple[str, ...]]
+"""Number of a vehicle to the edges of its way."""
+
+
+def sumo_is_installed() -> bool:
+    """Tell whether there is a SUMO to ask (ours)."""
+    try:
+        _version()
+    except MissingExtraError:
+        return False
+    return True
+
+
+def routed_by_sumo(
+    demand: SumoDemand, network: RoadNetwork, net_file: Path, horizon_s: int
+) -> SumoDemand:
+    """Return the demand with the ways that SUMO chooses for its trips (SUMO docs: Demand/Routing).
+
+    SUMO runs the vehicles once on the network's own signal programs, with seed 23423 and without
+    teleporting. Its answer is kept in the user's cache folder for the same network, vehicles,
+    horizon and version of SUMO. A trip that SUMO does not let in keeps its way, and so do flows
+    with random departures; the demand's remarks count the former.
+
+    Parameters
+    ----------
+    demand
+        From `dmil.demand.sumo.read_sumo_routes`.
+    network
+        The roads that it was read for.
+    net_file
+        The same as SUMO's file.
+    horizon_s
+        Departures before this second of a run count.
+
+    Raises
+    ------
+    MissingExtraError
+        If SUMO is not installed.
+    DemandError
+        If SUMO refuses to run, with its own message.
+    """
+    if not demand.trips:
+        return demand
+    vehicles_xml = "".join(_vehicles_xml(demand, network, horizon_s))
+    begin_s = round(demand.begin_s)
+    end_s = begin_s + min(horizon_s, demand.last_departure_s + 1) + LONGER_S
+    options = [
+        *("--begin", str(begin_s)),
+        *("--end", str(end_s)),
+        *("--seed", str(SEED)),
+        *("--time-to-teleport", "-1"),
+    ]
+    made_from = (_version(), " ".join(options), vehicles_xml)
+    digest = hashlib.blake2b(net_file.read_bytes(), digest_size=16)
+    digest.update("\n".join(made_from).encode())
+    kept = user_cache_folder() / _FOLDER / f"{digest.hexdigest()}.txt"
+    found = _kept(kept)
+    if found is None:
+        found = _asked(net_file, vehicles_xml, options)
+        # Where no cache can be written every start asks, and nothing else is wrong.
+        with suppress(OutputError):
+            write_text_atomically(kept, _as_text(found))
+    return _on_found(demand, network, found)
+
+
+def with_remark(demand: SumoDemand, count: int) -> SumoDemand:
+    """Return the demand with a remark about trips whose way is not that of the traffic (ours)."""
+    if not count:
+        return demand
+    name = " ".join(value for _, value in next(iter(demand.trips.values())))
+    remark = DemandRemark("free-flow", count, name, TEXTS["free-flow"])
+    return replace(demand, remarks=(*demand.remarks, remark))
+
+
+def _on_found(demand: SumoDemand, network: RoadNetwork, found: Found) -> SumoDemand:
+    """Take over the ways that exist in the network."""
+    known = network.link_index
+    ways = {
+        vehicle: [known[edge] for edge in edges]
+        for vehicle, edges in found.items()
+        if vehicle in demand.trips and all(edge in known for edge in edges)
+    }
+    ways = {vehicle: way for vehicle, way in ways.items() if first_gap(network, way) is None}
+    return with_remark(demand.on_ways(ways), len(demand.trips) - len(ways))
+
+
+def _version() -> str:
+    sumo_program("sumo")
+    try:
+        return version("eclipse-sumo")
+    except PackageNotFoundError:  # another module of this name
+        raise MissingExtraError("sumo") from None
+
+
+def _vehicles_xml(demand: SumoDemand, network: RoadNetwork, horizon_s: int) -> Iterator[str]:
+    """Write all vehicles for SUMO, in order of departure: trips as such, others with their route.
+
+    The ids of trips are their numbers. What is random is drawn once.
+    """
+    names = [quoteattr(link.id)[1:-1] for link in network.links]
+    kinds = [
+        "".join(f" {name}={quoteattr(value)}" for name, value in kind.items())
+        for kind in demand.kinds
+    ]
+    rng = stream(SEED, "routing")
+    drawn = [each.draw(demand.begin_s, horizon_s, rng) for each in demand.streams]
+    parts = [demand.recorded.recorded, *drawn]
+    departures: list[Iterable[float]]
+    departures = [demand.exact_depart_s, *(each.depart_s for each in drawn)]
+    order = sorted(
+        (float(depart_s), part, vehicle)
+        for part, each in enumerate(departures)
+        for vehicle, depart_s in enumerate(each)
+        if depart_s < horizon_s
+    )
+    yield f"<routes>\n{demand.vehicle_types_xml}"
+    for depart_s, part, vehicle in order:
+        vehicles = parts[part]
+        kind = "" if vehicles.kind is None else kinds[vehicles.kind[vehicle]]
+        start = f'depart="{depart_s + demand.begin_s:.3f}"{kind}'
+        if part == 0 and vehicle in demand.trips:
+            ends = "".join(f" {name}={quoteattr(to)}" for name, to in demand.trips[vehicle])
+            yield f'<trip id="{vehicle}" {start}{ends}/>\n'
+        else:
+            edges = " ".join(names[link] for link in vehicles.route(vehicle))
+            yield f'<vehicle id="{part}.{vehicle}" {start}><route edges="{edges}"/></vehicle>\n'
+    yield "</routes>\n"
+
+
+def _asked(net_file: Path, vehicles_xml: str, options: list[str]) -> Found:
+    """Run SUMO and return the ways of the trips.
+
+    Raises
+    ------
+    DemandError
+        If it fails.
+    """
+    program, environment = sumo_program("sumo")
+    with tempfile.TemporaryDirectory(prefix="dmil-routes-") as folder:
+        routes, output = Path(folder, "vehicles.rou.xml"), Path(folder, "ways.xml")
+        routes.write_text(vehicles_xml, encoding="utf-8")
+        command = [str(program), "--net-file", str(net_file), "--route-files", str(routes)]
+        command += ["--vehroute-output", str(output), "--vehroute-output.last-route"]
+        command += ["--vehroute-output.write-unfinished", "--no-step-log", "--no-warnings"]
+        command += ["--xml-validation", "never", "--xml-validation.net", "never"]
+        command += ["--xml-validation.routes", "never"]
+        try:
+            done = subprocess.run(
+                [*command, *options], capture_output=True, env=environment, check=False
+            )
+        except OSError as error:
+            raise _failed(net_file, f"{error}") from error
+        if done.returncode:
+            said = (done.stderr or done.stdout).decode(errors="replace").splitlines()
+            lines = [line.strip() for line in said if not line.startswith(("Warning:", "pj_obj"))]
+            problem = " / ".join(line for line in lines[-LAST_LINES:] if line)
+            raise _failed(net_file, problem or f"it ended with code {done.returncode}")
+        return {
+            int(element.attrib["id"]): tuple(route.attrib["edges"].split())
+            for _, element in iter_elements(output, ("vehicle",), error=DemandError)
+            for route in element.iter("route")
+            if element.attrib["id"].isdecimal()
+        }
+
+
+def _failed(net_file: Path, problem: str) -> DemandError:
+    return DemandError(
+        f"SUMO failed to look for the ways of the trips: {problem}",
+        where=str(net_file),
+        mend="correct the files, or take the ways that are fastest at free flow "
+        "(--routing free-flow)",
+    )
+
+
+def _as_text(found: Found) -> str:
+    lines = "".join(f"{vehicle} {' '.join(edges)}\n" for vehicle, edges in sorted(found.items()))
+    return f"{_TITLE}{_digest(lines)}\n{lines}"
+
+
+def _kept(path: Path) -> Found | None:
+    """Return what was kept, None if there is nothing or it is damaged."""
+    try:
+        title, _, lines = path.read_text(encoding="utf-8").partition("\n")
+    except (OSError, UnicodeDecodeError):
+        return None
+    if title != f"{_TITLE}{_digest(lines)}":
+        return None
+    rows = (line.split(" ") for line in lines.split("\n")[:-1])
+    return {int(vehicle): tuple(edges) for vehicle, *edges in rows}
+
+
+def _digest(text: str) -> str:
+    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()

@@ -1,0 +1,194 @@
+"""Ways that SUMO chooses for trips: asked once, kept on disk, left out where there is no SUMO."""
+
+import importlib.metadata
+import subprocess
+
+import numpy as np
+import pytest
+
+from dmil.demand import read_sumo_routes
+from dmil.demand.sumo import routing
+from dmil.demand.sumo.routing import routed_by_sumo, sumo_is_installed
+from dmil.errors import DemandError, MissingExtraError
+from dmil.network import read_sumo_network
+from dmil.network.sumo.writer import sumo_program
+from dmil.seeding import stream
+
+GRID = ("--grid", "--grid.number", "2", "--grid.attach-length", "100", "-j", "traffic_light")
+SHORT, LONG = "left0A0 A0B0 B0B1 B1top1", "left0A0 A0A1 A1B1 B1top1"
+TRIP = '<trip id="t{0}" depart="{0}.5" from="left0A0" to="B1top1"/>'
+ENDS = (("from", "left0A0"), ("to", "B1top1"))
+
+
+@pytest.fixture(scope="module")
+def net(tmp_path_factory):
+    pytest.importorskip("sumo", reason="needs the extra sumo")
+    path = tmp_path_factory.mktemp("net") / "two.net.xml"
+    program, environment = sumo_program("netgenerate")
+    command = [str(program), *GRID, "--output-file", str(path)]
+    subprocess.run(command, check=True, capture_output=True, env=environment, timeout=120)
+    return path
+
+
+@pytest.fixture
+def make(net, tmp_path, monkeypatch):
+    """A function that reads routes and returns what `routed_by_sumo` wants; the cache is empty."""
+    monkeypatch.setenv("DMIL_CACHE", str(tmp_path / "cache"))
+    network = read_sumo_network(net).network
+
+    def run(text, **options):
+        path = tmp_path / "a.rou.xml"
+        path.write_text(f"<routes>{text}</routes>")
+        return read_sumo_routes(path, network, **options), network, net, 600
+
+    return run
+
+
+@pytest.fixture
+def kept(tmp_path):
+    """A function that returns the only file of the cache."""
+
+    def find():
+        (found,) = (tmp_path / "cache").rglob("*.txt")
+        return found
+
+    return find
+
+
+def ways(demand, network):
+    vehicles = demand.vehicles(network, 600, stream(0))
+    return [
+        " ".join(network.links[link].id for link in vehicles.route(vehicle))
+        for vehicle in range(len(vehicles))
+    ]
+
+
+def nobody_asks(*_args, **_options):
+    raise AssertionError("SUMO was run")
+
+
+def answers(monkeypatch, found):
+    monkeypatch.setattr(routing, "_asked", lambda *_: found)
+
+
+def test_only_vehicles_without_a_route_are_trips(make):
+    demand, *_ = make(
+        '<flow id="f" begin="0" end="10" number="2" from="left0A0" to="B1top1" via="A0A1"/>'
+        '<flow id="g" begin="0" end="500" probability="0.1" from="left0A0" to="B1top1"/>'
+        + TRIP.format(3)
+        + f'<vehicle id="own" depart="4"><route edges="{SHORT}"/></vehicle>'
+        + TRIP.format(5)
+    )
+    assert demand.exact_depart_s.tolist() == [0.0, 3.5, 4.0, 5.0, 5.5]
+    flow = (*ENDS, ("via", "A0A1"))
+    assert dict(demand.trips) == {0: flow, 1: ENDS, 3: flow, 4: ENDS}
+
+
+def test_vehicles_with_routes_need_no_sumo(make, monkeypatch):
+    monkeypatch.setattr(subprocess, "run", nobody_asks)
+    given = make(f'<vehicle id="own" depart="4"><route edges="{SHORT}"/></vehicle>')
+    assert routed_by_sumo(*given) is given[0]
+
+
+def test_ways_are_taken_over_by_vehicle(make, monkeypatch):
+    own = f'<vehicle id="own" depart="4"><route edges="{SHORT}"/></vehicle>'
+    given = make(TRIP.format(3) + own + TRIP.format(5))
+    answers(monkeypatch, {0: tuple(LONG.split()), 2: tuple(SHORT.split())})
+    found = routed_by_sumo(*given)
+    assert ways(found, given[1]) == [LONG, SHORT, SHORT]
+    assert found.remarks == ()
+    assert ways(found.scaled(2), given[1]) == [LONG, LONG, SHORT, SHORT, SHORT, SHORT]
+    np.testing.assert_array_equal(
+        found.recorded.recorded.depart_s, given[0].recorded.recorded.depart_s
+    )
+
+
+@pytest.mark.parametrize("answer", [(), ("left0A0", "B1top1"), ("left0A0", "pavement", "B1top1")])
+def test_a_trip_without_a_way_that_can_be_driven_keeps_its_own(make, monkeypatch, answer):
+    given = make(TRIP.format(3) + TRIP.format(5))
+    answers(monkeypatch, {0: tuple(LONG.split())} | ({1: answer} if answer else {}))
+    found = routed_by_sumo(*given)
+    assert ways(found, given[1]) == [LONG, ways(given[0], given[1])[1]]
+    assert [(each.kind, each.count) for each in found.remarks] == [("free-flow", 1)]
+    assert "fastest at free flow" in found.remarks[0].text
+
+
+def test_sumo_is_asked_once(make, monkeypatch, kept):
+    first = routed_by_sumo(*make(TRIP.format(3) + TRIP.format(5)))
+    text = kept().read_text()
+    monkeypatch.setattr(subprocess, "run", nobody_asks)
+    given = make(TRIP.format(3) + TRIP.format(5))
+    again = routed_by_sumo(*given)
+    assert ways(again, given[1]) == ways(first, given[1])
+    assert (kept().read_text(), len(text.splitlines())) == (text, 3)
+
+
+@pytest.mark.parametrize("change", ["vehicles", "begin", "horizon", "version", "network"])
+def test_whatever_sumo_goes_by_asks_it_anew(make, monkeypatch, tmp_path, change):
+    given = list(make(TRIP.format(3)))
+    routed_by_sumo(*given)
+    asked = []
+    monkeypatch.setattr(routing, "_asked", lambda *args: asked.append(args) or {})
+    if change == "vehicles":
+        given = make(TRIP.format(4))
+    elif change == "begin":
+        given = make(TRIP.format(3), begin_s=1)
+    elif change == "horizon":
+        given[3] = 3
+    elif change == "version":
+        monkeypatch.setattr(routing, "version", lambda name: "0.1")
+    else:
+        other = tmp_path / "other.net.xml"
+        other.write_text(given[2].read_text() + "<!-- another -->")
+        given[2] = other
+    routed_by_sumo(*given)
+    assert len(asked) == 1
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda whole: whole[:-9],
+        lambda whole: whole.replace(b"A0A1", b"A0B0"),
+        lambda whole: b"",
+        lambda whole: b"\xff" + whole,
+        lambda whole: whole + b"x",
+    ],
+)
+def test_a_damaged_file_is_made_anew(make, kept, damage):
+    via = '<trip id="t" depart="3" from="left0A0" to="B1top1" via="A0A1"/>'
+    routed_by_sumo(*make(via))
+    whole = kept().read_bytes()
+    kept().write_bytes(damage(whole))
+    given = make(via)
+    assert ways(routed_by_sumo(*given), given[1]) == [LONG]
+    assert kept().read_bytes() == whole
+
+
+def test_a_cache_that_cannot_be_written_is_done_without(make, monkeypatch, tmp_path):
+    (tmp_path / "file").write_text("")
+    given = make(TRIP.format(3))
+    monkeypatch.setenv("DMIL_CACHE", str(tmp_path / "file"))
+    assert routed_by_sumo(*given).remarks == ()
+
+
+def test_what_sumo_says_against_it_is_told(make, net):
+    given = make('<trip id="t" depart="3" from="left0A0" to="B1top1" departLane="7"/>')
+    with pytest.raises(DemandError) as caught:
+        routed_by_sumo(*given)
+    message = str(caught.value)
+    assert message.startswith(f"{net}: SUMO failed to look for the ways of the trips: Error:")
+    assert "Warning" not in message and "--routing free-flow" in message
+
+
+def test_without_sumo_one_command_installs_it(make, monkeypatch):
+    given = make(TRIP.format(3))
+    assert sumo_is_installed()
+
+    def absent(name):
+        raise importlib.metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(routing, "version", absent)
+    assert not sumo_is_installed()
+    with pytest.raises(MissingExtraError, match=r"pip install 'dmil\[sumo\]'"):
+        routed_by_sumo(*given)
