@@ -22,6 +22,7 @@ from dmil.cli.doctor_tables import (
 from dmil.cli.terminal import entries
 from dmil.doctor import Diagnosis, Finding
 from dmil.doctor.kinds import Severity
+from dmil.doctor.traffic import PEAK_S
 
 MOST_ROWS = 24
 """Networks of more intersections are summarised by shape."""
@@ -54,8 +55,7 @@ def network_text(diagnosis: Diagnosis, everything: bool) -> Iterator[RenderableT
         entries(
             {
                 "roads": f"{counted(facts.links, 'link')}, {facts.road_km:.1f} km "
-                f"({facts.lane_km:.1f} km of lanes), {facts.slowest_km_per_h:.0f} to "
-                f"{facts.fastest_km_per_h:.0f} km/h",
+                f"({facts.lane_km:.1f} km of lanes), {_speeds(diagnosis)}",
                 "signals": f"{counted(facts.intersections, 'intersection')} of {shapes}; "
                 "those of one shape may share a memory",
                 "other nodes": f"{counted(facts.junctions, 'junction')} without signals, "
@@ -165,9 +165,16 @@ def sparkline(counts: Sequence[int]) -> str:
     return "".join(_BARS[round((len(_BARS) - 1) * count / most)] for count in counts)
 
 
+def _speeds(diagnosis: Diagnosis) -> str:
+    facts = diagnosis.network
+    ends = [f"{each:.0f}" for each in (facts.slowest_km_per_h, facts.fastest_km_per_h)]
+    return f"{' to '.join(dict.fromkeys(ends))} km/h"
+
+
 def _verdict(diagnosis: Diagnosis) -> Text:
     loads = {item.id: item.load.degree for item in diagnosis.intersections if item.load}
     name = max(loads, key=loads.__getitem__)
+    period = "in its busiest 15 min" if diagnosis.case.horizon_s > PEAK_S else "at most,"
     words, style = (
         ("no", "bold red")
         if loads[name] > FULL
@@ -177,7 +184,7 @@ def _verdict(diagnosis: Diagnosis) -> Text:
     )
     return Text.assemble(
         (words, style),
-        f": in its busiest 15 min intersection {short(name)} needs {loads[name]:.0%} of its time",
+        f": {period} intersection {short(name)} needs {loads[name]:.0%} of its time",
     )
 
 

@@ -4,7 +4,7 @@ from dmil.doctor.case import Case, read_case
 from dmil.doctor.diagnosis import Diagnosis, NetworkFacts, examine
 from dmil.doctor.findings import Finding
 from dmil.doctor.intersections import IntersectionFacts
-from dmil.doctor.kinds import KINDS, SEVERITIES
+from dmil.doctor.kinds import KINDS, SEVERITIES, kinds_markdown
 from dmil.doctor.load import Load
 from dmil.doctor.traffic import Traffic
 
@@ -19,5 +19,6 @@ __all__ = [
     "NetworkFacts",
     "Traffic",
     "examine",
+    "kinds_markdown",
     "read_case",
 ]

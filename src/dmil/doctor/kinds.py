@@ -317,3 +317,20 @@ DEMAND_KINDS = {
 
 KINDS: dict[str, Kind] = {**SIGNAL_KINDS, **ROAD_KINDS, **DEMAND_KINDS}
 """Every kind of finding by its name."""
+
+
+def kinds_markdown() -> str:
+    """Return the documentation of all findings as Markdown (ours)."""
+    lines: list[str] = []
+    for title, table in (
+        ("Signals and their programs", SIGNAL_KINDS),
+        ("Roads", ROAD_KINDS),
+        ("Vehicles, and what they ask of the signals", DEMAND_KINDS),
+    ):
+        lines += ["", f"### {title}", "", "| finding | severity | what it means | mend |"]
+        lines.append("|-|-|-|-|")
+        lines += [
+            f"| `{name}` | {kind.severity} | {kind.meaning} | {kind.mend} |"
+            for name, kind in table.items()
+        ]
+    return "\n".join(lines) + "\n"

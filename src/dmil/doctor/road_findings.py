@@ -40,6 +40,8 @@ def _on_remarks(case: Case, facts: SumoFacts) -> Iterator[Finding]:
     for remark in facts.remarks:
         place = remark.where.partition(": ")[2] or remark.where
         mend = f"{remark.mend[0].upper()}{remark.mend[1:]}."
+        if remark.kind == "single-action":
+            mend = ""  # the remark names the reader's parameter, not the command's option
         severity: Severity | None = None
         if remark.kind == "conflicting-greens" and _controller(remark) not in clashing:
             severity = "warning"
