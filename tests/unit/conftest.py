@@ -8,6 +8,7 @@ import pytest
 
 from dmil.results import RUNS_SCHEMA, SERIES_SCHEMA, write_manifest, write_results
 from dmil.seeding import stream
+from tests.unit.made_up_resco import write_resco_study
 
 WAIT = {"default": 0.2, "entropy": 0.1, "diffusion": 0.1, None: 1.0}
 ARRIVED = {"default": 0.6, "entropy": 0.9, "diffusion": 0.9, None: 1.0}
@@ -165,4 +166,14 @@ def make_study(tmp_path_factory):
         return write_study(tmp_path_factory.mktemp("made-up") / name, **options)
 
     make.cells = cells_of_a_study
+    return make
+
+
+@pytest.fixture(scope="session")
+def make_resco_study(tmp_path_factory):
+    """A function that writes a made-up study on the RESCO benchmark and returns its folder."""
+
+    def make(name="study", **options):
+        return write_resco_study(tmp_path_factory.mktemp("made-up-resco") / name, **options)
+
     return make

@@ -16,8 +16,15 @@ BIN_S = 60
 """Seconds that one point of a queue's course averages."""
 
 
-def learning_curves(results: Results, runs: Judged) -> pl.DataFrame:
+def learning_curves(results: Results, runs: Judged, only: str | None = None) -> pl.DataFrame:
     """Return the average delay of every training episode, over seeds (ours).
+
+    Parameters
+    ----------
+    results, runs
+        The study.
+    only
+        One network; all by default.
 
     Returns
     -------
@@ -28,7 +35,7 @@ def learning_curves(results: Results, runs: Judged) -> pl.DataFrame:
     """
     rows = results.query("from episodes")
     frames = []
-    for scenario in runs.scenarios:
+    for scenario in runs.scenarios if only is None else [only]:
         for number, contender in enumerate(runs.contenders):
             own = rows.filter(pl.col("scenario") == scenario, *_is(contender))
             if own.height:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
@@ -13,36 +12,10 @@ from dmil.analysis.paper import PAPER_COLUMNS, intersections_of
 from dmil.controllers.settings import DualMemorySettings
 from dmil.reports import cell_charts, time_charts
 from dmil.reports.assumptions import find_value
-from dmil.reports.export import Specification, specification
+from dmil.reports.figure import Figure, figure, slug
 from dmil.reports.marks import Chart
 from dmil.reports.time_charts import MemorySettings
 from dmil.results import Results
-
-
-@dataclass(frozen=True, slots=True)
-class Figure:
-    """One figure.
-
-    Parameters
-    ----------
-    name
-        Name of its files, without ending.
-    section
-        Part of the report it belongs to.
-    scenario
-        Scenario it shows, "" for all.
-    caption
-        What it shows and how to read it.
-    spec
-        Vega-Lite specification.
-    """
-
-    name: str
-    section: str
-    scenario: str
-    caption: str
-    spec: Specification
-
 
 Drawn = tuple[str, str, str, str, Chart | None]
 """Name, section, scenario, caption and chart of a figure, None if the runs do not allow it."""
@@ -67,7 +40,7 @@ def gallery(results: Results, tables: Tables, preset: str) -> Iterator[Figure]:
     )
     for name, section, scenario, caption, chart in drawn:
         if chart is not None:
-            yield Figure(name, section, scenario, caption, _described(chart, caption))
+            yield figure(name, section, scenario, caption, chart)
 
 
 def _of_study(tables: Tables, preset: str) -> list[Drawn]:
@@ -101,7 +74,7 @@ def _of_study(tables: Tables, preset: str) -> list[Drawn]:
 
 
 def _of_scenario(results: Results, tables: Tables, preset: str, scenario: str) -> Iterator[Drawn]:
-    slug = "".join(letter if letter.isalnum() else "-" for letter in scenario)
+    end = slug(scenario)
     arrived = curves(results, "arrived_veh", preset, scenario)
     entries = curves(results, "entries", preset, scenario, since_start=True)
     sizes = curves(results, "msize_per_agent", preset, scenario, since_start=True)
@@ -114,21 +87,21 @@ def _of_scenario(results: Results, tables: Tables, preset: str, scenario: str) -
     )
     yield from (
         (
-            f"arrivals_by_reward_{slug}",
+            f"arrivals_by_reward_{end}",
             "arrivals",
             scenario,
             "Like the paper's Fig. 4, left. Mean over seeds and 95 % interval (band).",
             time_charts.arrivals_by_reward(arrived, scenario),
         ),
         (
-            f"arrivals_by_architecture_{slug}",
+            f"arrivals_by_architecture_{end}",
             "arrivals",
             scenario,
             "Like the paper's Fig. 4, right. Mean over seeds and 95 % interval (band).",
             time_charts.arrivals_by_architecture(arrived, scenario),
         ),
         (
-            f"memory_growth_{slug}",
+            f"memory_growth_{end}",
             "memory",
             scenario,
             "Like the paper's Fig. 5: rows of SARSA's table, or of short- and long-term memory "
@@ -137,7 +110,7 @@ def _of_scenario(results: Results, tables: Tables, preset: str, scenario: str) -
             time_charts.memory_growth(entries, scenario),
         ),
         (
-            f"memory_size_{slug}",
+            f"memory_size_{end}",
             "memory",
             scenario,
             "The paper's size, 3 m_L + |A| m_s values for dual memory and |A| m_Q for SARSA, added "
@@ -145,7 +118,7 @@ def _of_scenario(results: Results, tables: Tables, preset: str, scenario: str) -
             time_charts.memory_size(sizes, scenario, settings),
         ),
         (
-            f"architectures_{slug}",
+            f"architectures_{end}",
             "architectures",
             scenario,
             "Every learning agent of the study. Grey lines: longest queue first and max-pressure "
@@ -198,9 +171,3 @@ def _memory_settings(results: Results, scenario: str) -> MemorySettings | None:
         stage_period=period or int(setting("short_capacity")),
         rule="period" if period else "full",
     )
-
-
-def _described(chart: Chart, caption: str) -> Specification:
-    spec = specification(chart)
-    spec["description"] = caption
-    return spec

@@ -11,10 +11,33 @@ _CONTROLLERS = {
     "fixed-cycle": "fixed cycle",
 }
 
+_SIMULATORS = {
+    "sumo": "SUMO",
+    "sumo-meso": "SUMO, mesoscopic",
+    "queue-calibrated": "queue, calibrated",
+}
+
 
 def controller_label(controller: str) -> str:
     """Return "SARSA" for "sarsa" and so on."""
     return _CONTROLLERS.get(controller, controller)
+
+
+def contender_label(name: str) -> str:
+    """Return "Dual memory cells + comm." for "dual-memory cells + communication" and so on."""
+    controller, _, rest = name.partition(" ")
+    label = "own program" if controller == "program" else controller_label(controller)
+    return f"{label} {rest}".strip().replace("communication", "comm.")
+
+
+def simulator_label(simulator: str) -> str:
+    """Return "SUMO" for "sumo" and so on."""
+    return _SIMULATORS.get(simulator, simulator)
+
+
+def network_label(scenario: str) -> str:
+    """Return "cologne1" for "resco/cologne1", other names as they are."""
+    return scenario.removeprefix("resco/")
 
 
 def architecture_label(row: dict[str, Any]) -> str:

@@ -44,13 +44,18 @@ def lines(
     dashes: dict[str, list[int]],
     y_title: str,
     title: alt.TitleParams,
+    *,
+    x: alt.X | None = None,
+    x_title: str = "time (s)",
+    y: alt.Y | None = None,
+    size: tuple[int, int] = (ONE_COLUMN, 190),
 ) -> Chart:
-    """Draw lines with interval bands over time.
+    """Draw lines with interval bands over time, or over another number.
 
     Parameters
     ----------
     data
-        Columns ``line``, ``time_s``, ``mean``, ``low``, ``high``.
+        Columns ``line``, ``time_s`` (or the field of ``x``), ``mean``, ``low``, ``high``.
     order
         Names of lines in the order of the legend; those without data are left out.
     palette, dashes
@@ -59,6 +64,12 @@ def lines(
         Title of the vertical axis, with its unit.
     title
         Title of the figure.
+    x, x_title
+        Horizontal axis, time by default, and what it is called.
+    y
+        Vertical axis, linear by default; of the field ``mean``.
+    size
+        Width and height in px.
     """
     present = set(data["line"].to_list())
     names = [name for name in order if name in present]
@@ -75,25 +86,25 @@ def lines(
         "line:N", scale=alt.Scale(domain=names, range=colours(names, palette)), legend=legend
     )
     dash_range = [dashes.get(name, [1, 0]) for name in names]
-    base = alt.Chart(values(data)).encode(
-        x=alt.X("time_s:Q", title="time (s)", axis=alt.Axis(grid=False, tickCount=6))
-    )
-    band = base.mark_area(opacity=0.2).encode(
-        y=alt.Y("low:Q", title=y_title), y2="high:Q", color=colour
-    )
+    x = x or alt.X("time_s:Q", title=x_title, axis=alt.Axis(grid=False, tickCount=6))
+    y = y or alt.Y("mean:Q", title=y_title)
+    low = y.copy()
+    low.shorthand = "low:Q"
+    base = alt.Chart(values(data)).encode(x=x)
+    band = base.mark_area(opacity=0.2).encode(y=low, y2="high:Q", color=colour)
     line = base.mark_line(strokeWidth=1.8).encode(
-        y=alt.Y("mean:Q", title=y_title),
+        y=y,
         color=colour,
         strokeDash=alt.StrokeDash(
             "line:N", scale=alt.Scale(domain=names, range=dash_range), legend=legend
         ),
         tooltip=[
             alt.Tooltip("line:N", title="run"),
-            alt.Tooltip("time_s:Q", title="time (s)"),
+            alt.Tooltip(x.shorthand, title=x_title),
             *_interval_tooltip(".4~g"),
         ],
     )
-    return alt.layer(band, line, width=ONE_COLUMN, height=190, title=title)
+    return alt.layer(band, line, width=size[0], height=size[1], title=title)
 
 
 def reference_rules() -> alt.Chart:

@@ -30,6 +30,28 @@ COLOURS: dict[str, str] = {
     "random": "#bdbdbd",
 }
 
+#: Colours of the controllers on the RESCO benchmark (Okabe and Ito; baselines in grey and warm).
+CONTENDER_COLOURS: dict[str, str] = {
+    "own program": "#222222",
+    "actuated": "#7a7a7a",
+    "fixed cycle": "#9c9c9c",
+    "longest queue first": "#E69F00",
+    "max-pressure": "#D55E00",
+    "random": "#b5b5b5",
+    "SARSA exact": "#CC79A7",
+    "Dual memory simple": "#56B4E9",
+    "Dual memory complex": "#0072B2",
+    "Dual memory cells": "#009E73",
+}
+
+#: Colours of the simulators.
+SIMULATOR_COLOURS: dict[str, str] = {
+    "SUMO": "#222222",
+    "SUMO, mesoscopic": "#222222",
+    "queue, calibrated": "#0072B2",
+    "queue": "#E69F00",
+}
+
 #: Colours of the rewards (Tol's palette).
 REWARD_COLOURS: dict[str, str] = {
     "default": "#AA3377",

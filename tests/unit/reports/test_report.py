@@ -267,9 +267,10 @@ def test_the_whole_configuration_is_listed():
     assert find_value({"a": {"b": 3}}, "b", 5) == 3 and find_value({}, "b", 5) == 5
 
 
-def test_the_template_is_part_of_the_package():
+def test_the_templates_are_part_of_the_package():
     package = Path(write_report.__code__.co_filename).parent
-    assert (package / "templates" / "report.html.j2").is_file()
+    for name in ("layout", "paper", "resco", "resco_marks", "resco_network"):
+        assert (package / "templates" / f"{name}.html.j2").is_file()
 
 
 def test_drawing_processes_draw_what_one_process_draws(figures, tmp_path):

@@ -1,0 +1,46 @@
+"""Pages from templates: what all of them know, and one look."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import jinja2
+
+import dmil
+from dmil.reports.export import embedded, script_bundle
+from dmil.reports.figure import Figure
+from dmil.reports.labels import controller_label, interval, number, signed
+from dmil.reports.theme import DARK
+from dmil.results import Results
+
+
+def environment() -> jinja2.Environment:
+    """Return the templates of the package, with the filters that all pages use (ours)."""
+    made = jinja2.Environment(
+        loader=jinja2.PackageLoader("dmil.reports"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    made.filters |= {"number": number, "signed": signed, "controller": controller_label}
+    made.globals["interval"] = interval
+    return made
+
+
+def shared_values(results: Results, figures: Sequence[Figure]) -> dict[str, Any]:
+    """Return what every page says about its study, and what its figures need (ours)."""
+    return {
+        "manifest": results.manifest,
+        "version": dmil.__version__,
+        "counts": results.query(
+            "select count(*) runs, count(*) filter (status = 'ok') ok,"
+            " any_value(status) filter (status <> 'ok') failure,"
+            " min(horizon_s) shortest_s, max(horizon_s) longest_s from runs"
+        ).row(0, named=True),
+        "figures": figures,
+        "specs": [(figure.name, embedded(figure.spec)) for figure in figures],
+        "bundle": script_bundle(),
+        "dark_colours": DARK,
+    }

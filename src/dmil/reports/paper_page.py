@@ -1,0 +1,195 @@
+"""The report of the paper's study: its figures, its tables, one page."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import markupsafe
+import polars as pl
+
+from dmil.analysis import Tables, tables_of
+from dmil.analysis.cells import BASELINES, PRESET_ORDER, Cells
+from dmil.analysis.claims import FEWEST_SEEDS
+from dmil.analysis.paper import PAPER_COLUMNS, SOURCE, scenario_label
+from dmil.errors import unknown_name
+from dmil.reports.assumptions import assumptions, configuration_rows, find_value
+from dmil.reports.figure import Figure
+from dmil.reports.files import csv, evidence_csv, paper_table_latex
+from dmil.reports.gallery import gallery
+from dmil.reports.html import environment, shared_values
+from dmil.reports.labels import architecture_label, signed
+from dmil.results import Results
+from dmil.theory import STATEMENTS
+
+#: Fewer seeds than this and the intervals are too narrow to rely on.
+FEW_SEEDS = 8
+
+
+class PaperReport:
+    """What the report of the paper's study is made of.
+
+    Parameters
+    ----------
+    results
+        The study.
+    tables
+        Its tables, if they are there already.
+    preset
+        Preset that headline and figures show; by default the last of literal, decaying, matched
+        that was run.
+
+    Raises
+    ------
+    InputError
+        No run succeeded.
+    UnknownNameError
+        The preset was not run.
+    """
+
+    def __init__(
+        self, results: Results, tables: Tables | None = None, preset: str | None = None
+    ) -> None:
+        self._results = results
+        self._tables = tables or tables_of(results)
+        self._preset = preset or _main_preset(self._tables.cells)
+        if self._preset not in self._tables.cells.presets:
+            raise unknown_name("preset in this study", self._preset, self._tables.cells.presets)
+
+    def tables(self) -> dict[str, str | bytes]:
+        """Return the tables' files by name."""
+        return _table_files(self._tables)
+
+    def figures(self) -> Iterator[Figure]:
+        """Yield the figures as they are made."""
+        return gallery(self._results, self._tables, self._preset)
+
+    def pages(self, figures: list[Figure]) -> dict[str, str]:
+        """Return the pages by name."""
+        return {"report.html": _page(self._results, self._tables, figures, self._preset)}
+
+
+def _main_preset(cells: Cells) -> str:
+    known = [name for name in PRESET_ORDER if name in cells.presets]
+    return known[-1] if known else cells.presets[0]
+
+
+def _table_files(tables: Tables) -> dict[str, str | bytes]:
+    files: dict[str, str | bytes] = {
+        "tables/summary.csv": csv(tables.summary),
+        "tables/paper_table.csv": csv(tables.paper),
+        "tables/sensitivity.csv": csv(tables.sensitivity),
+        "tables/claims.csv": csv(tables.claims),
+        "tables/claims_evidence.csv": evidence_csv(tables.claims),
+    }
+    for preset in tables.cells.presets:
+        files[f"tables/paper_table_{preset}.tex"] = paper_table_latex(tables.paper, preset)
+    return files
+
+
+def _page(results: Results, tables: Tables, figures: list[Figure], preset: str) -> str:
+    cells = tables.cells
+    templates = environment()
+    templates.filters |= {"scenario": scenario_label, "maths": _maths}
+    configuration = results.manifest.get("configuration", {})
+    return templates.get_template("paper.html.j2").render(
+        **shared_values(results, figures),
+        preset=preset,
+        presets=cells.presets,
+        scenarios=cells.scenarios,
+        seeds=cells.seeds,
+        few_seeds=FEW_SEEDS,
+        fewest_seeds=FEWEST_SEEDS,
+        load=find_value(configuration, "load", 1.0),
+        paper_source=SOURCE,
+        paper_columns=PAPER_COLUMNS,
+        baselines=[name for name in BASELINES if name in tables.summary["controller"]],
+        paper_tables={name: _paper_rows(tables.paper, name) for name in cells.presets},
+        best=_best(tables.summary, preset),
+        claims=_claim_rows(tables.claims, preset),
+        statements=STATEMENTS,
+        sensitivity=_sensitivity_rows(tables.sensitivity, cells.presets),
+        architectures=_architecture_rows(tables.summary, preset),
+        assumptions=assumptions(configuration),
+        configuration=configuration_rows(configuration),
+    )
+
+
+def _maths(text: str) -> markupsafe.Markup:
+    """Set the paper's symbols with subscripts."""
+    escaped = str(markupsafe.escape(text))
+    return markupsafe.Markup(re.sub(r"\b([Vm])_([cLsQ])\b", r"\1<sub>\2</sub>", escaped))
+
+
+def _paper_rows(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
+    """One row per grid and reward, with the entry of every column; baselines once per grid."""
+    rows: list[dict[str, Any]] = []
+    chosen = table.filter(pl.col("preset") == preset)
+    for scenario in chosen["scenario"].unique(maintain_order=True):
+        of_grid = chosen.filter(pl.col("scenario") == scenario)
+        baselines = {
+            row["column"]: row
+            for row in of_grid.filter(pl.col("reward").is_null()).iter_rows(named=True)
+        }
+        rewards = of_grid["reward"].drop_nulls().unique(maintain_order=True).to_list()
+        for index, reward in enumerate(rewards):
+            entries = {
+                row["column"]: row
+                for row in of_grid.filter(pl.col("reward") == reward).iter_rows(named=True)
+            }
+            first = {"span": len(rewards), "baselines": baselines} if index == 0 else None
+            rows.append(
+                {"scenario": scenario, "reward": reward, "entries": entries, "first": first}
+            )
+    return rows
+
+
+def _best(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
+    """Find the learning agent that waits least on each grid, beside the baselines."""
+    rows = []
+    chosen = table.filter(pl.col("preset") == preset)
+    for scenario in chosen["scenario"].unique(maintain_order=True):
+        learned = chosen.filter((pl.col("scenario") == scenario) & pl.col("reward").is_not_null())
+        if learned.is_empty():
+            continue
+        row = learned.sort("w_over_vc_mean").row(0, named=True)
+        rows.append({**row, "label": architecture_label(row)})
+    return rows
+
+
+def _claim_rows(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
+    """Claims of the shown preset, each with its verdict under every preset."""
+    verdicts: dict[str, dict[str, dict[str, Any]]] = {}
+    for row in table.iter_rows(named=True):
+        verdicts.setdefault(row["id"], {})[row["preset"]] = row
+    return [
+        {**by[preset], "evidence_range": _range(by[preset]["evidence"]), "by_preset": by}
+        for by in verdicts.values()
+    ]
+
+
+def _range(evidence: list[dict[str, Any]]) -> str:
+    """Say between what the differences of all comparisons lie."""
+    values = [row["difference_pct"] for row in evidence if row["difference_pct"] is not None]
+    if not values:
+        return ""
+    number_of = "one comparison" if len(values) == 1 else f"{len(values)} comparisons"
+    return f"{number_of}: W/V_c differs by {signed(min(values))} to {signed(max(values))} %"
+
+
+def _sensitivity_rows(table: pl.DataFrame, presets: list[str]) -> list[dict[str, Any]]:
+    if len(presets) < 2:
+        return []
+    rows: dict[tuple[str, ...], dict[str, Any]] = {}
+    for row in table.iter_rows(named=True):
+        key = (row["scenario"], row["reward"], row["column"])
+        rows.setdefault(key, {"key": key, "presets": {}})["presets"][row["preset"]] = row
+    return list(rows.values())
+
+
+def _architecture_rows(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
+    return [
+        {**row, "label": architecture_label(row)}
+        for row in table.filter(pl.col("preset") == preset).iter_rows(named=True)
+    ]
