@@ -44,8 +44,9 @@ def report(
         dmil report study
         dmil report study --preset literal --no-pictures
 
-    Into the folder come report.html, figures/ (SVG, PNG, PDF) and tables/ (CSV, LaTeX). All of it
-    is computed from runs.parquet and series.parquet there; 'dmil study' has done it once already.
+    Into the folder come report.html, figures/ (SVG, PNG, PDF) and tables/ (CSV, LaTeX); for the
+    study on the RESCO benchmark also scenarios/, a page for each network. All of it is computed
+    from the Parquet files there; 'dmil study' has done it once already.
     """
     with waiting("writing the report"):
         from dmil.reports import write_report
@@ -53,10 +54,12 @@ def report(
         page = write_report(folder, preset=preset, pictures=pictures)
     files = {
         name: sorted(str(path) for path in (folder / name).glob("*"))
-        for name in ("figures", "tables")
+        for name in ("figures", "tables", "scenarios")
     }
     if json:
         print_json({"report": page, **files})
         return
     show(f"Report: {page}", f"{len(files['tables'])} tables: {folder / 'tables'}")
     show(f"{len(files['figures'])} pictures: {folder / 'figures'}")
+    if files["scenarios"]:
+        show(f"Pages of the networks: {folder / 'scenarios'}")

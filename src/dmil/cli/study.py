@@ -11,10 +11,17 @@ import typer
 from pydantic import BaseModel, Field
 
 from dmil.analysis import Tables, tables_of
+from dmil.analysis.resco import RescoTables, resco_tables
 from dmil.cli.application import FAILED, StoppedError
 from dmil.cli.help import Command, CommandGroup
 from dmil.cli.parameters import Option, settings_command, split
-from dmil.cli.study_tables import claim_lines, headline_table
+from dmil.cli.study_tables import (
+    agreement_lines,
+    claim_lines,
+    headline_table,
+    resco_json,
+    resco_table,
+)
 from dmil.cli.terminal import Progress, print_json, progress, say, show, show_lines, waiting
 from dmil.compilation import is_cold
 from dmil.errors import unknown_name
@@ -234,12 +241,20 @@ def resco(settings: RescoParameters, json: bool) -> None:
     started = time.perf_counter()
     _run(run_resco_study, settings)
     with Results(settings.out) as results:
+        tables = resco_tables(results)
         counts = results.query("select count(*) n, count(*) filter (status <> 'ok') f from runs")
         failure = results.query("select status from runs where status <> 'ok' limit 1")
-        page = _report(settings.out) if settings.report else None
+        page = _report(settings.out, tables) if settings.report else None
         wall_s = round(time.perf_counter() - started, 3)
         failed = int(counts["f"].item())
-        show("", f"{counts['n'].item()} runs, {wall_s:.1f} s", f"Report: {page}")
+        if json:
+            ending = {"wall_s": wall_s, "runs": int(counts["n"].item()), "failed": failed}
+            print_json(resco_json(tables) | ending | {"out": settings.out, "report": page})
+        else:
+            show(resco_table(tables), "")
+            show_lines(agreement_lines(tables))
+            where = page or f"dmil report {settings.out}"
+            show("", f"{counts['n'].item()} runs, {wall_s:.1f} s", f"Report: {where}")
     if failed:
         say(f"{failed} runs failed, the first with: {failure['status'].item()}")
         raise typer.Exit(FAILED)
@@ -273,7 +288,7 @@ def _telling(advance: Progress) -> Progress:
     return tell
 
 
-def _report(folder: Path, tables: Tables | None = None) -> Path:
+def _report(folder: Path, tables: Tables | RescoTables | None = None) -> Path:
     from dmil.reports import write_report
 
     with waiting("writing the report"):
