@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any, cast, get_args
+from typing import Annotated, Any, get_args
 
 import typer
 
@@ -18,6 +18,7 @@ from dmil.doctor import Diagnosis, Finding, IntersectionFacts, examine, read_cas
 from dmil.errors import InputError
 from dmil.network.sumo.reader import Phases
 from dmil.scenarios.model import LONGEST_RUN_S
+from dmil.scenarios.sumo import Routing
 
 SCENARIO = "Scenario"
 ELLIPSIS = "…"
@@ -63,6 +64,15 @@ def doctor(
             metavar="program|derived",
             help="Phases of a SUMO network: those of its own signal programs (the default), or "
             "derived from the movements that do not cross.",
+            rich_help_panel=SCENARIO,
+        ),
+    ] = None,
+    routing: Annotated[
+        str | None,
+        typer.Option(
+            metavar="sumo|free-flow",
+            help="Ways of trips without a route: those that SUMO chooses in the traffic (where it "
+            "is installed), or the fastest on empty roads.",
             rich_help_panel=SCENARIO,
         ),
     ] = None,
@@ -117,7 +127,13 @@ def doctor(
     From 100 % on queues grow under every controller. Vehicles that give way count as if nobody
     were in their way, so real loads are somewhat higher.
     """
-    case = read_case(files, begin_s=begin, horizon_s=steps, phases=_checked(phases))
+    case = read_case(
+        files,
+        begin_s=begin,
+        horizon_s=steps,
+        phases=_one_of(Phases, phases, "--phases"),
+        routing=_one_of(Routing, routing, "--routing"),
+    )
     diagnosis = examine(case)
     chosen = None if intersection is None else _chosen(diagnosis, intersection)
     if draw is not None:
@@ -133,10 +149,10 @@ def doctor(
         raise typer.Exit(FAILED)
 
 
-def _checked(phases: str | None) -> Phases | None:
-    if phases is None or phases in get_args(Phases):
-        return cast(Phases | None, phases)
-    raise InputError(f"found '{phases}'", where="--phases", expected="program or derived")
+def _one_of(names: Any, given: str | None, option: str) -> Any:
+    if given is None or given in get_args(names):
+        return given
+    raise InputError(f"found '{given}'", where=option, expected=" or ".join(get_args(names)))
 
 
 def _chosen(diagnosis: Diagnosis, wanted: str) -> IntersectionFacts:

@@ -174,7 +174,7 @@ def _speeds(diagnosis: Diagnosis) -> str:
 def _verdict(diagnosis: Diagnosis) -> Text:
     loads = {item.id: item.load.degree for item in diagnosis.intersections if item.load}
     name = max(loads, key=loads.__getitem__)
-    period = "in its busiest 15 min" if diagnosis.case.horizon_s > PEAK_S else "at most,"
+    period = " in its busiest 15 min" if diagnosis.case.horizon_s > PEAK_S else ""
     words, style = (
         ("no", "bold red")
         if loads[name] > FULL
@@ -184,7 +184,7 @@ def _verdict(diagnosis: Diagnosis) -> Text:
     )
     return Text.assemble(
         (words, style),
-        f": {period} intersection {short(name)} needs {loads[name]:.0%} of its time",
+        f": intersection {short(name)} needs {loads[name]:.0%} of its time{period}",
     )
 
 

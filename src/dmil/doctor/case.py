@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -33,9 +34,17 @@ from dmil.scenarios import (
     sumo_scenario,
 )
 from dmil.scenarios.cityflow import DECISION_INTERVAL_S as CITYFLOW_INTERVAL_S
-from dmil.scenarios.sumo import CLEARANCE_S, DECISION_INTERVAL_S, SATURATION_FLOW_VEH_PER_S
+from dmil.scenarios.sumo import (
+    CLEARANCE_S,
+    DECISION_INTERVAL_S,
+    SATURATION_FLOW_VEH_PER_S,
+    Routing,
+)
 
 NO_DEMAND_HORIZON_S = 3600
+
+Window = tuple[int | None, int | None]
+"""Begin and length of a run, where they are given."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +122,7 @@ def read_case(
     begin_s: int | None = None,
     horizon_s: int | None = None,
     phases: Phases | None = None,
+    routing: Routing | None = None,
 ) -> Case:
     """Read what is to be examined (ours).
 
@@ -126,6 +136,8 @@ def read_case(
         Instead of those of the files, see `dmil.scenarios.sumo_scenario`.
     phases
         Which phases to take from a SUMO network: ``"program"`` or ``"derived"``.
+    routing
+        Which ways SUMO's trips drive, see `dmil.scenarios.sumo_scenario`.
 
     Raises
     ------
@@ -136,19 +148,22 @@ def read_case(
     """
     given = sort_arguments(arguments)
     if isinstance(given, SumoFilesGiven):
-        return _sumo_case(given, begin_s, horizon_s, phases or "program")
+        window = begin_s, horizon_s
+        return _sumo_case(given, window, phases or "program", routing)
     if given.network and not given.flow:
         return _roadnet_case(given.network)
     if given.network and given.flow:
-        if begin_s is not None or phases is not None:
+        if begin_s is not None or phases is not None or routing is not None:
             raise InputError(
-                "CityFlow's files have neither a begin nor phases to choose",
+                "CityFlow's files have neither a begin nor phases nor ways to choose",
                 where=str(given.network),
-                mend="leave --begin and --phases out",
+                mend="leave --begin, --phases and --routing out",
             )
         made = cityflow_scenario(given.network, given.flow, horizon_s=horizon_s)
     else:
-        made = scenario(given.name, horizon_s=horizon_s, begin_s=begin_s, phases=phases)
+        made = scenario(
+            given.name, horizon_s=horizon_s, begin_s=begin_s, phases=phases, routing=routing
+        )
     return _case_of(made, _files_of(given))
 
 
@@ -186,8 +201,9 @@ def _roadnet_case(path: Path) -> Case:
 
 
 def _sumo_case(
-    given: SumoFilesGiven, begin_s: int | None, horizon_s: int | None, phases: Phases
+    given: SumoFilesGiven, window: Window, phases: Phases, routing: Routing | None
 ) -> Case:
+    begin_s, horizon_s = window
     configuration = _configuration(given)
     roads = read_sumo_network(configuration.net_file, phases=phases)
     file = read_net_file(configuration.net_file)
@@ -206,7 +222,7 @@ def _sumo_case(
     )
     if not configuration.route_files:
         return case
-    made, found = _with_vehicles(configuration, begin_s, horizon_s, phases)
+    made, found = _with_vehicles(configuration, window, phases, routing)
     return replace(
         case,
         demand=made.demand,
@@ -256,20 +272,28 @@ def _on_options(configuration: SumoConfiguration) -> list[Finding]:
 
 
 def _with_vehicles(
-    configuration: SumoConfiguration, begin_s: int | None, horizon_s: int | None, phases: Phases
+    configuration: SumoConfiguration, window: Window, phases: Phases, routing: Routing | None
 ) -> tuple[Scenario, list[Finding]]:
-    """Build the scenario; where nobody departs in time, the one of all departures."""
+    """Build the scenario; where SUMO refuses to route or nobody departs in time, another one."""
+    begin_s, horizon_s = window
+
+    def made(ways: Routing | None) -> Scenario:
+        return sumo_scenario(
+            configuration, begin_s=begin_s, horizon_s=horizon_s, phases=phases, routing=ways
+        )
+
     try:
-        return sumo_scenario(configuration, begin_s=begin_s, horizon_s=horizon_s, phases=phases), []
+        return made(routing), []
     except DemandError as cause:
+        with suppress(DemandError):
+            without = made("free-flow")
+            return without, [finding("sumo-refuses", "SUMO", cause.problem)]
         # Endless flows need the end, others may depart after it.
         for end_s in (None, configuration.end_s):
             everyone = replace(configuration, begin_s=0, end_s=end_s)
-            try:
-                made = sumo_scenario(everyone, phases=phases)
-            except InputError:
-                continue
-            mend = f"{cause.mend[0].upper()}{cause.mend[1:]}." if cause.mend else ""
-            what = f"{cause.problem}; {cause.expected}"
-            return made, [finding("no-vehicle-in-time", "demand", what, mend=mend)]
+            with suppress(InputError):
+                whole = sumo_scenario(everyone, phases=phases, routing="free-flow")
+                mend = f"{cause.mend[0].upper()}{cause.mend[1:]}." if cause.mend else ""
+                what = f"{cause.problem}; {cause.expected}"
+                return whole, [finding("no-vehicle-in-time", "demand", what, mend=mend)]
         raise

@@ -176,6 +176,12 @@ DEMAND_KINDS = {
         "wrong. What is said about the demand is then about the whole file.",
         "Set the begin to the first departure (--begin), and the end after the last one.",
     ),
+    "sumo-refuses": Kind(
+        "error",
+        "SUMO was asked for the ways of the trips and refused these files. Its own message says "
+        "why; the trips then drive the ways that are fastest on empty roads.",
+        "Correct what SUMO names: it would refuse to simulate them as well.",
+    ),
     "unknown-road": Kind(
         "error",
         "Vehicles go over an edge or a junction that the network does not have for vehicles. They "

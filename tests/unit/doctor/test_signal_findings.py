@@ -1,0 +1,197 @@
+"""What the doctor finds about signals, their programs, and roads."""
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from dmil.doctor import examine, read_case
+from dmil.doctor.road_findings import LONGEST_CYCLE_S
+from dmil.network import Program, Stage
+from tests.unit.doctor.conftest import (
+    CLEAR_EW,
+    CLEAR_NS,
+    EVERY_WAY,
+    EW,
+    NS,
+    PROGRAM,
+    kinds,
+    of_kind,
+)
+
+
+def test_nothing_is_found_where_nothing_is_wrong(doctor, with_states):
+    diagnosis = doctor(with_states(*PROGRAM), EVERY_WAY, horizon_s=600)
+    # netgenerate widens the roads just in front of the stop lines.
+    assert kinds(diagnosis) == ["short-link"]
+    assert diagnosis.counts == {"error": 0, "warning": 0, "note": 4}
+
+
+ALL_RED = "r" * 12
+SECOND = '<tlLogic id="A0" type="static" programID="1" offset="0"><phase duration="30" state="{}"/>'
+SECOND += '<phase duration="3" state="{}"/></tlLogic>'
+
+
+@pytest.mark.parametrize(
+    ("stages", "kind", "severity", "what"),
+    [
+        (((30, "GGGrrrGGGrrr"), *PROGRAM[1:]), "conflicting-greens", "error", "cross or merge"),
+        (((30, "GGrrrrGGgrrr"), *PROGRAM[1:]), "never-served", "error", "top0A0"),
+        (((30, NS), *PROGRAM[2:]), "missing-yellow", "warning", "green turns red at once"),
+        ((*PROGRAM, (20, ALL_RED)), "empty-stage", "warning", "nobody goes for 20 s"),
+        (((30, CLEAR_NS), (3, ALL_RED)), "no-action", "warning", "no stage of its program"),
+        (((30, "GGgGGgGGgGGg"), (3, "y" * 12)), "single-action", "warning", "only one phase"),
+        (((170, NS), *PROGRAM[1:]), "long-cycle", "warning", "206 s"),
+        (
+            (*PROGRAM, (8, ALL_RED)),
+            "clearance-beyond-interval",
+            "warning",
+            "clears for 11 s, decisions are every 10 s",
+        ),
+        ((*PROGRAM, (2, ALL_RED)), "clearance-cut", "note", "for 5 s, the scenario for 3 s"),
+        ((*PROGRAM, (2, ALL_RED)), "all-red", "note", "up to 2 s"),
+        (
+            ((30, NS), (3, "yyyGrryyyrrr"), (30, EW), (3, CLEAR_EW)),
+            "mixed-stage",
+            "note",
+            "in stage 1 of its program",
+        ),
+        (
+            ((30, NS + "r"), (3, CLEAR_NS + "r"), (9, ALL_RED + "G"), (30, EW + "r")),
+            "pedestrian-stage",
+            "note",
+            "only pedestrians",
+        ),
+    ],
+    ids=lambda value: value if isinstance(value, str) and value.islower() else "",
+)
+def test_findings_about_programs(doctor, with_states, stages, kind, severity, what):
+    (found,) = of_kind(doctor(with_states(*stages)), kind)[:1]
+    assert found.severity == severity
+    assert what in found.what
+    assert "A0" in found.place
+    assert "/" not in found.place  # no path of a file
+    assert found.mend[0].isupper()
+    assert found.mend.endswith(".")
+
+
+def test_the_longest_cycle_is_no_finding_yet(doctor, with_states):
+    stages = ((LONGEST_CYCLE_S - 36, NS), *PROGRAM[1:])
+    assert "long-cycle" not in kinds(doctor(with_states(*stages)))
+
+
+def test_clearance_is_mended_with_the_options_of_the_command(doctor, with_states):
+    (found,) = of_kind(doctor(with_states(*PROGRAM, (2, ALL_RED))), "clearance-cut")
+    assert found.mend == "Give --clearance 5 --all-red 2."
+    (found,) = of_kind(
+        doctor(with_states((30, NS), (4, CLEAR_NS), (30, EW), (4, CLEAR_EW))), "clearance-cut"
+    )
+    assert found.mend == "Give --clearance 4."
+
+
+def test_lanes_of_one_movement_that_merge_are_a_warning():
+    pytest.importorskip("sumolib", reason="needs the extra sumo")
+    diagnosis = examine(read_case(["resco/ingolstadt7"]))
+    (found,) = of_kind(diagnosis, "conflicting-greens")
+    assert (found.severity, found.place) == ("warning", "tlLogic gneJ210")
+
+
+def test_parallel_rings_have_no_plan(doctor, with_states):
+    path = with_states(*PROGRAM, attributes='type="NEMA" programID="0" offset="0"')
+    found = kinds(doctor(path))
+    assert "stage-order" in found
+    assert "no-program" in found
+
+
+def test_several_programs(doctor, with_states):
+    path = with_states(*PROGRAM, more=SECOND.format(NS, CLEAR_NS))
+    (found,) = of_kind(doctor(path), "several-programs")
+    assert found.severity == "note"
+
+
+def test_missing_right_of_way(doctor, with_states):
+    path = with_states(*PROGRAM)
+    path.write_text(re.sub(r"<request [^>]*/>", "", path.read_text()))
+    assert kinds(doctor(path)) == ["no-right-of-way", "short-link"]
+
+
+def test_controllers_that_share_a_junction_or_control_no_vehicle(doctor, with_states):
+    path = with_states(*PROGRAM)
+    other = '<tlLogic id="B" type="static" programID="0" offset="0">'
+    other += '<phase duration="9" state="G"/></tlLogic>'
+    text = path.read_text().replace("<tlLogic", other + "<tlLogic", 1)
+    path.write_text(text.replace('tl="A0" linkIndex="0"', 'tl="B" linkIndex="0"'))
+    diagnosis = doctor(path)
+    assert [of_kind(diagnosis, kind)[0].place for kind in ("two-controllers", "no-vehicles")] == [
+        "junction A0",
+        "tlLogic B",
+    ]
+
+
+def test_one_controller_over_several_junctions(doctor, generate):
+    options = ("--grid", "--grid.x-number", "2", "--grid.y-number", "1", "--grid.length", "40")
+    options += ("--grid.attach-length", "100", "-j", "traffic_light", "--no-turnarounds")
+    diagnosis = doctor(generate(*options, "--tls.join", "--tls.join-dist", "60"))
+    (found,) = of_kind(diagnosis, "several-junctions")
+    assert "2 junctions" in found.what
+    assert diagnosis.intersections[0].junctions == 2
+
+
+def test_left_hand_traffic(doctor, generate):
+    options = ("--grid", "--grid.number", "2", "-j", "traffic_light")
+    assert "left-hand-traffic" in kinds(doctor(generate(*options, "--lefthand")))
+    assert "left-hand-traffic" not in kinds(doctor(generate(*options)))
+
+
+def test_a_grid_has_no_program():
+    diagnosis = examine(read_case(["grid:2x2"]))
+    assert [each.place for each in of_kind(diagnosis, "no-program")] == [
+        f"intersection {node.id}" for node in diagnosis.case.network.intersections
+    ]
+
+
+def test_a_single_phase_without_sumo():
+    case = read_case(["grid:1x1"])
+    (item,) = case.network.intersections
+    every = frozenset().union(*item.phases)
+    one = replace(item, phases=(every,), phase_names=(), program=Program((Stage(30, every),)))
+    diagnosis = examine(replace(case, network=replace(case.network, intersections=(one,))))
+    assert kinds(diagnosis) == ["single-action"]
+
+
+def test_links_that_lead_nowhere():
+    case = read_case(["grid:1x1"])
+    (item,) = case.network.intersections
+    kept = [j for j, movement in enumerate(item.movements) if movement.from_link != "W0>0,0"]
+    phases = (frozenset(kept.index(j) for j in phase if j in kept) for phase in item.phases)
+    cut = replace(
+        item,
+        movements=tuple(item.movements[j] for j in kept),
+        phases=tuple(dict.fromkeys(phase for phase in phases if phase)),
+        unsignalled=frozenset(kept.index(j) for j in item.unsignalled if j in kept),
+        phase_names=(),
+    )
+    network = replace(case.network, intersections=(cut,))
+    diagnosis = examine(replace(case, network=network, demand=None))
+    (dead,) = of_kind(diagnosis, "dead-end")
+    (unreachable,) = of_kind(diagnosis, "unreachable-link")
+    assert dead.place == unreachable.place == "link W0>0,0"
+    assert unreachable.what == "no way leads from it out of the network"
+
+
+def test_links_that_no_road_leads_to():
+    case = read_case(["grid:1x2"])
+    fringe = [node for node in case.network.fringe if node != "W0"]
+    # West is no place where vehicles come from any more.
+    network = replace(case.network, fringe=tuple(fringe))
+    found = of_kind(examine(replace(case, network=network, demand=None)), "unreachable-link")
+    assert [each.place for each in found if "no road into" in each.what] == ["link W0>0,0"]
+
+
+def test_links_shorter_than_a_vehicle():
+    case = read_case(["grid:1x1"])
+    first, *others = case.network.links
+    for length_m, count in ((case.dynamics.vehicle_space_m - 0.1, 1), (0.0, 0)):
+        network = replace(case.network, links=(replace(first, length_m=length_m), *others))
+        found = of_kind(examine(replace(case, network=network, demand=None)), "short-link")
+        assert [each.place for each in found] == [f"link {first.id}"] * count

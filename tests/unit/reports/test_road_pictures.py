@@ -1,0 +1,200 @@
+"""Pictures of networks and intersections, and the lines that they are made of."""
+
+from dataclasses import replace
+
+import altair as alt
+import numpy as np
+import pytest
+
+from dmil.doctor import examine, read_case
+from dmil.reports import specification
+from dmil.reports.crossing import LANE_M, Crossing
+from dmil.reports.intersection_chart import intersection_chart
+from dmil.reports.network_chart import MOST_LISTED, SHAPE_COLOURS, apart, network_chart
+from dmil.reports.paths import (
+    beginning,
+    bend,
+    beside,
+    direction,
+    ending,
+    inside,
+    without_end,
+    without_repeats,
+)
+from dmil.reports.sheet import Sheet, shortened, text_width
+from tests.unit.network.conftest import generate  # noqa: F401  a fixture
+
+CORNER = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0]])
+
+
+def length(points):
+    return np.hypot(*np.diff(points, axis=0).T).sum()
+
+
+# Lines
+
+
+def test_beside_is_to_the_right_and_as_far_everywhere():
+    moved = beside(CORNER, 2.0)
+    assert moved == pytest.approx(np.array([[0, -2], [12, -2], [12, 10]]))
+    assert beside(moved, -2.0) == pytest.approx(CORNER)
+
+
+def test_beside_a_line_that_turns_back_stays_finite():
+    assert np.isfinite(beside(np.array([[0.0, 0], [10, 0], [0, 0]]), 3.0)).all()
+
+
+def test_repeated_points_are_left_out():
+    doubled = np.repeat(CORNER, 2, axis=0)
+    assert without_repeats(doubled) == pytest.approx(CORNER)
+    assert without_repeats(CORNER, 100.0) == pytest.approx(CORNER[[0, 2]])
+    assert len(without_repeats(np.zeros((3, 2)))) == 1
+
+
+def test_parts_of_a_line():
+    assert beginning(CORNER, 12.0) == pytest.approx(np.array([[0, 0], [10, 0], [10, 2]]))
+    assert ending(CORNER, 12.0) == pytest.approx(np.array([[8, 0], [10, 0], [10, 10]]))
+    assert beginning(CORNER, 99.0) == pytest.approx(CORNER)
+    assert length(without_end(CORNER, 5.0)) == pytest.approx(15.0)
+    assert length(without_end(CORNER, 99.0)) == pytest.approx(2.0)
+
+
+def test_what_is_inside_of_a_box():
+    low, high = np.array([5.0, -1.0]), np.array([11.0, 4.0])
+    (part,) = inside(CORNER, low, high)
+    assert part == pytest.approx(np.array([[5, 0], [10, 0], [10, 4]]))
+    assert inside(CORNER + 100, low, high) == []
+    zigzag = np.array([[6.0, 0], [6, 9], [9, 9], [9, 0]])
+    assert len(inside(zigzag, low, high)) == 2
+
+
+def test_a_bend_keeps_the_directions_at_its_ends():
+    east, north = np.array([1.0, 0.0]), np.array([0.0, 1.0])
+    curve = bend(np.zeros(2), east, np.array([9.0, 9.0]), north, 4.0)
+    assert curve[[0, -1]] == pytest.approx(np.array([[0, 0], [9, 9]]))
+    assert direction(curve, at_end=False) @ east > 0.98
+    assert direction(curve, at_end=True) @ north > 0.98
+
+
+# Sheet
+
+
+def test_texts_are_cut_to_the_room_there_is():
+    assert shortened("short", 100, 10) == "short"
+    cut = shortened("a very long name of something", 60, 10)
+    assert cut.endswith("…")
+    assert text_width(cut, 10) <= 60
+    assert text_width("mm", 10) > text_width("ii", 10)
+
+
+def test_later_things_lie_above_earlier_ones():
+    sheet = Sheet(100, 50)
+    sheet.line(CORNER, "red", 2)
+    sheet.line(CORNER, "blue", 1)  # the same look: one layer
+    sheet.dot((1, 2), 3, "green", tip={"name": "x"})
+    sheet.arrows([CORNER], "black", 1)
+    sheet.text((1, 2), "words", bold=True)
+    chart = sheet.chart(alt.TitleParams("t"))
+    spec = chart.to_dict(validate=True)
+    marks = [layer["mark"]["type"] for layer in spec["layer"]]
+    assert marks == ["line", "point", "line", "line", "text"]
+    assert (spec["width"], spec["height"]) == (100, 50)
+
+
+# Pictures
+
+
+def rows(chart):
+    """All rows of all layers."""
+    return [row for data in specification(chart)["datasets"].values() for row in data]
+
+
+def texts(chart):
+    return [row["text"] for row in rows(chart) if "text" in row]
+
+
+def test_the_picture_of_a_network_names_intersections_and_shapes(mixed_network):
+    case = replace(read_case(["grid:2x3"]), network=mixed_network, demand=None)
+    case = replace(case, lines={link.id: case.lines[link.id] for link in mixed_network.links})
+    chart = network_chart(examine(case))
+    chart.to_dict(validate=True)
+    words = texts(chart)
+    for index, node in enumerate(mixed_network.intersections, start=1):
+        assert {node.id, str(index)} <= set(words)
+    assert {"link", "lanes", "speed"} <= {key for row in rows(chart) for key in row}
+    assert any(word.startswith("Shape A") for word in words)
+    assert any(row.get("colour") == SHAPE_COLOURS[0] for row in rows(chart))
+    assert any(word.endswith(" m") for word in words)
+
+
+def test_of_many_intersections_only_the_shapes_are_listed():
+    diagnosis = examine(replace(read_case(["grid:7x7"]), demand=None))
+    assert len(diagnosis.intersections) > MOST_LISTED
+    words = texts(network_chart(diagnosis))
+    assert "Shape A (49): 12 movements, 8 phases" in words
+    assert "3,3" not in words
+
+
+def test_everything_stays_on_the_sheet():
+    for chart in (
+        network_chart(examine(read_case(["grid:1x4"]))),
+        intersection_chart(examine(read_case(["grid:2x2"])), 3),
+    ):
+        spec = specification(chart)
+        for row in rows(chart):
+            assert -0.01 <= row["x"] <= spec["width"] + 0.01
+            assert -0.01 <= row["y"] <= spec["height"] + 0.01
+
+
+def test_marks_of_intersections_do_not_overlap():
+    places = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [3.0, 1.0], [90.0, 0.0]])
+    moved = apart(places, 10.0)
+    gaps = [np.hypot(*(a - b)) for k, a in enumerate(moved) for b in moved[:k]]
+    assert min(gaps) > 9.5
+    assert moved[-1] == pytest.approx(places[-1])
+
+
+def crossing(name="grid:1x1"):
+    case = read_case([name])
+    return Crossing(case, case.network.intersections[0]), case.network.intersections[0]
+
+
+def test_ways_lead_from_stop_lines_into_lanes_and_do_not_cross_for_right_turns():
+    ground, item = crossing()
+    for movement, (way,) in zip(item.movements, ground.ways, strict=True):
+        stop = ground.stops[movement.from_link, movement.lanes[0]]
+        assert way[0] == pytest.approx(stop.mean(axis=0))
+        turned = np.cross(direction(way, at_end=False), direction(way, at_end=True))
+        expected = {"right": -1, "straight": 0, "left": 1}[movement.turn]
+        assert turned == pytest.approx(expected, abs=0.05)
+
+
+def test_lanes_lie_beside_each_other_on_the_right_of_the_road():
+    ground, _ = crossing()
+    # The road from the South leads to the North, so its lanes are East of the middle.
+    x = [ground.stops["S0>0,0", lane].mean(axis=0)[0] for lane in range(3)]
+    assert x == pytest.approx([2.5 * LANE_M, 1.5 * LANE_M, 0.5 * LANE_M])
+
+
+def test_left_hand_traffic_is_mirrored(generate):  # noqa: F811
+    net = generate("--grid", "--grid.number", "2", "-j", "traffic_light", "--lefthand")
+    case = read_case([str(net)])
+    assert Crossing(case, case.network.intersections[0]).side == -1
+    assert crossing()[0].side == 1
+
+
+@pytest.mark.parametrize("name", ["resco/cologne3", "resco/ingolstadt21", "resco/grid4x4"])
+def test_pictures_of_real_networks(name):
+    pytest.importorskip("sumolib", reason="needs the extra sumo")
+    diagnosis = examine(read_case([name]))
+    network_chart(diagnosis).to_dict(validate=True)
+    for index, item in enumerate(diagnosis.intersections[:3]):
+        chart = intersection_chart(diagnosis, index)
+        chart.to_dict(validate=True)
+        words = texts(chart)
+        assert [str(p) for p in range(len(item.phases))] == sorted(
+            set(words) & {str(p) for p in range(len(item.phases))}
+        )
+        assert f"Own program (static), cycle {item.cycle_s:g} s; grey: no phase" in words
+        points = np.array([[row["x"], row["y"]] for row in rows(chart) if "x" in row])
+        assert np.isfinite(points).all()
