@@ -53,8 +53,8 @@ def report(
 
         page = write_report(folder, preset=preset, pictures=pictures)
     files = {
-        name: sorted(str(path) for path in (folder / name).glob("*"))
-        for name in ("figures", "tables", "scenarios")
+        name: sorted(str(path) for path in (folder / name).glob(pattern))
+        for name, pattern in (("figures", "*"), ("tables", "*"), ("scenarios", "*.html"))
     }
     if json:
         print_json({"report": page, **files})

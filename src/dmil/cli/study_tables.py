@@ -149,7 +149,7 @@ def agreement_lines(tables: RescoTables) -> list[Text]:
     for row in pooled.iter_rows(named=True):
         ends = row["tau_low"], row["tau_high"]
         interval = "" if None in ends else f" [{ends[0]:.2f}, {ends[1]:.2f}]"
-        line = Text(f"{row['simulator']} ranks as {tables.judged.judge} does: ")
+        line = Text(f"{row['simulator']} against {tables.judged.judge}: ")
         line.append(f"Kendall's τ {row['tau']:.2f}{interval}", style="bold")
         line.append(f", delays {100 * row['difference']:+.0f} %".replace("-", "−"))
         lines.append(line)

@@ -26,11 +26,10 @@ _SHAPES = {
     "max-pressure": "triangle-down",
     "random": "cross",
 }
-#: Label only 1, 2 and 5 times a power of ten on a logarithmic axis.
-LOG_LABELS = (
-    "indexof([1, 2, 5], round(datum.value / pow(10, floor(log(datum.value) / LN10 + 1e-9)))) >= 0"
-    " ? format(datum.value, '~g') : ''"
-)
+_MANTISSA = "datum.value / pow(10, floor(log(datum.value) / LN10 + 1e-9))"
+_LABELLED = f"indexof([1, 2, 3, 5, 7], round(100 * {_MANTISSA}) / 100) >= 0"
+#: Label only 1, 2, 3, 5 and 7 times a power of ten on a logarithmic axis.
+LOG_LABELS = f"{_LABELLED} ? format(datum.value, '~g') : ''"
 
 
 def log_scale() -> alt.Scale:
@@ -40,7 +39,9 @@ def log_scale() -> alt.Scale:
 
 def log_axis() -> alt.Axis:
     """Return the axis of a logarithmic scale, with few labels (ours)."""
-    return alt.Axis(labelExpr=LOG_LABELS, grid=True, ticks=False)
+    return alt.Axis(
+        labelExpr=LOG_LABELS, labelOverlap="greedy", labelSeparation=5, grid=True, ticks=False
+    )
 
 
 def log_x(field: str, title: str) -> alt.X:

@@ -39,14 +39,14 @@ def figures_of_study(tables: RescoTables) -> Iterator[Figure]:
             "simulators",
             "agreement",
             "Average delay of every controller on every network: in SUMO to the right, in the "
-            "queue simulator upwards. Diamonds communicate, squares do not learn. SUMO's actuated "
-            "control runs in SUMO only.",
+            "queue simulator upwards. Circles and diamonds learn, diamonds communicate, too. "
+            "SUMO's actuated control runs in SUMO only.",
             resco_charts.simulators_scatter(tables.scores, judge),
         ),
         (
             "rank_agreement",
             "agreement",
-            "Kendall's τ: 1 the same ranks, 0 no relation, -1 reversed. The interval is over "
+            "Kendall's τ: 1 the same ranks, 0 no relation, −1 reversed. The interval is over "
             "seeds; resampled means lie closer together or cross, so it reaches further down than "
             "up.",
             resco_charts.rank_agreement(tables.agreement, GOAL),
