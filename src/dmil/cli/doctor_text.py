@@ -162,7 +162,7 @@ def sparkline(counts: Sequence[int]) -> str:
         Numbers of 0 or more.
     """
     most = max(counts, default=0) or 1
-    return "".join(_BARS[round((len(_BARS) - 1) * count / most)] for count in counts)
+    return "".join(_BARS[-(-(len(_BARS) - 1) * count // most)] for count in counts)
 
 
 def _speeds(diagnosis: Diagnosis) -> str:

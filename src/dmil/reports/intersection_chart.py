@@ -142,7 +142,7 @@ def _names(
             heights if align == "center" else _spread(heights, 32.0), found, strict=True
         ):
             approach = facts.approaches[number]
-            words = f"{approach.name}  ({counted(approach.lanes, 'lane')})"
+            words = f"{approach.name} ({counted(approach.lanes, 'lane')})"
             sheet.text((x, y), words, 12, align=align, bold=True)
             link = shortened(approach.link, SIDE_PX - 26, 10)
             sheet.text((x, y + 13), link, 10, colour=FAINT, align=align)

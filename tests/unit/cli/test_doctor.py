@@ -78,7 +78,7 @@ def test_one_intersection(dmil, resco):
         (("--intersection", "0,"), "2 intersections begin with '0,'; expected one of 0,0, 0,1."),
         (("--phases", "mine"), "--phases: found 'mine'; expected program or derived"),
         (("--routing", "mine"), "--routing: found 'mine'; expected sumo or free-flow"),
-        (("--begin", "3"), "neither a begin nor phases"),
+        (("--begin", "3"), "has no begin, phases or routing to choose"),
         (("--draw", "picture.doc"), "cannot write a figure as '.doc'"),
     ],
 )

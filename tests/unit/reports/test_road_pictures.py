@@ -164,7 +164,8 @@ def test_ways_lead_from_stop_lines_into_lanes_and_do_not_cross_for_right_turns()
     for movement, (way,) in zip(item.movements, ground.ways, strict=True):
         stop = ground.stops[movement.from_link, movement.lanes[0]]
         assert way[0] == pytest.approx(stop.mean(axis=0))
-        turned = np.cross(direction(way, at_end=False), direction(way, at_end=True))
+        (ax, ay), (bx, by) = direction(way, at_end=False), direction(way, at_end=True)
+        turned = ax * by - ay * bx
         expected = {"right": -1, "straight": 0, "left": 1}[movement.turn]
         assert turned == pytest.approx(expected, abs=0.05)
 
