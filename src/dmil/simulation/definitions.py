@@ -1,0 +1,88 @@
+"""The page about metrics: what each means, and how each simulator counts what it is made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from dmil.simulation.measures import METRICS
+
+
+@dataclass(frozen=True, slots=True)
+class Counting:
+    """How a raw count of a run comes about.
+
+    Attributes
+    ----------
+    queue, sumo: str
+        In the queue simulator, and in SUMO.
+    """
+
+    queue: str
+    sumo: str
+
+
+COUNTING: dict[str, Counting] = {
+    "spawned_veh": Counting(
+        "vehicles whose departure time has come",
+        "the same vehicles, by their wished departure",
+    ),
+    "arrived_veh": Counting(
+        "vehicles that have reached the end of their last link",
+        "`tripinfo` of the vehicles that have ended their trip",
+    ),
+    "wait_veh_s": Counting(
+        "every second, the vehicles in queues at stop lines and those that wait outside for room",
+        "`waitingTime`, the seconds below 0.1 m/s, and `departDelay`; of vehicles under way too",
+    ),
+    "travel_veh_s": Counting(
+        "from departure to arrival, or to the end of the run",
+        "from the wished departure to `arrival`, or to the end of the run",
+    ),
+    "time_loss_veh_s": Counting(
+        "seconds in queues; calibrated, also what links that were crossed take longer than in free "
+        "flow",
+        "`timeLoss`, against driving at the speed that vehicle and road allow; of vehicles under "
+        "way too",
+    ),
+    "departure_delay_veh_s": Counting(
+        "seconds outside for want of room; none where links hold any number of vehicles",
+        "`departDelay`; for vehicles that are not in yet, the time since their wished departure",
+    ),
+    "stops": Counting(
+        "times that a vehicle joined a queue and had to stay for a second at least",
+        "`waitingCount`: times that a vehicle fell below 0.1 m/s, of vehicles under way too",
+    ),
+    "overruled": Counting(
+        "requests for a phase that the rules of signal timing did not grant",
+        "the same, by the same rules: both simulators share them",
+    ),
+    "arrived_at": Counting(
+        "counted after every second",
+        "from `arrival`",
+    ),
+    "queued_at": Counting(
+        "vehicles in queues and outside, counted after every second",
+        "vehicles below 0.1 m/s at every decision, in between interpolated, and those outside",
+    ),
+    "co2_g": Counting("not known", "`CO2_abs` of SUMO's emission model, by its vehicle types"),
+    "fuel_g": Counting("not known", "`fuel_abs`, likewise"),
+}
+"""Raw count of `dmil.simulation.measures.Measures` to how it comes about."""
+
+
+def metrics_markdown() -> str:
+    """Return the documentation of all metrics as Markdown (ours)."""
+    lines = ["| metric | column | unit | definition |", "|-|-|-|-|"]
+    lines += [
+        f"| {metric.label} | `{name}` | {metric.unit} | {metric.definition} |"
+        for name, metric in METRICS.items()
+    ]
+    lines += [
+        "",
+        "## How the simulators count",
+        "",
+        "| count | queue simulator | SUMO |",
+        "|-|-|-|",
+    ]
+    lines += [f"| `{name}` | {each.queue} | {each.sumo} |" for name, each in COUNTING.items()]
+    return "\n".join(lines) + "\n"
