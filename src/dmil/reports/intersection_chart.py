@@ -108,7 +108,7 @@ def _overview(
         chosen = [j for j in range(len(item.movements)) if (j in item.unsignalled) == free]
         sheet.arrows(_placed(crossing, frame, chosen), colour, width)
     for stop in crossing.stops.values():
-        sheet.line(frame.place(stop), FAINT, max(1.0, 0.14 * frame.lane_px))
+        sheet.line(frame.place(stop), FAINT, min(max(0.14 * frame.lane_px, 1.0), 3.5))
     _names(sheet, crossing, frame, facts, left)
 
 
