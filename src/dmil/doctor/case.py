@@ -101,6 +101,8 @@ class Case:
         What only SUMO's files say.
     found
         What was found while reading.
+    lanes_from_left
+        Whether lane 0 is the leftmost one, as in CityFlow's files, or else the rightmost one.
     """
 
     name: str
@@ -114,6 +116,7 @@ class Case:
     horizon_s: int
     sumo: SumoFacts | None = None
     found: tuple[Finding, ...] = ()
+    lanes_from_left: bool = False
 
 
 def read_case(
@@ -182,6 +185,7 @@ def _case_of(made: Scenario, files: tuple[Path, ...]) -> Case:
         dynamics=made.dynamics,
         begin_s=0,
         horizon_s=made.horizon_s,
+        lanes_from_left=bool(files) or made.name.startswith("cityflow:"),
     )
 
 
@@ -197,6 +201,7 @@ def _roadnet_case(path: Path) -> Case:
         dynamics=QueueDynamics(saturation_flow_veh_per_s=SATURATION_FLOW_VEH_PER_S, storage=True),
         begin_s=0,
         horizon_s=NO_DEMAND_HORIZON_S,
+        lanes_from_left=True,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -70,9 +71,9 @@ class Crossing:
         self._room_m = 0.0 if case.sumo else (widest + 1.2) * LANE_M
         self._used = self._lanes_used()
         self.stops = {
-            (name, lane): self._stop(self._links[name], lane)
-            for name in self._into
-            for lane in self._used[name]
+            (movement.from_link, lane): self._stop(self._links[movement.from_link], lane)
+            for movement in item.movements
+            for lane in movement.lanes
         }
         self.ways = [self._ways(j) for j in range(len(item.movements))]
         ends = [point for stop in self.stops.values() for point in stop]
@@ -118,14 +119,19 @@ class Crossing:
         outside = (points.max(axis=0) < self.low) | (points.min(axis=0) > self.high)
         return not outside.any() and bool(inside(points, self.low, self.high))
 
+    def _from_right(self, link: str, lanes: Iterable[int]) -> list[int]:
+        """Return lanes counted from the right, in this order."""
+        last = self._links[link].lanes - 1
+        return sorted(last - lane if self._case.lanes_from_left else lane for lane in lanes)
+
     def _lanes_used(self) -> dict[str, list[int]]:
-        """Find the lanes that vehicles leave a link by; others may be for pedestrians."""
+        """Find the lanes, from the right, that vehicles leave by; others may be for pedestrians."""
         used: dict[str, set[int]] = {}
         network = self._case.network
         nodes: tuple[Intersection | Junction, ...] = (*network.intersections, *network.junctions)
         for movement in (each for node in nodes for each in node.movements):
             used.setdefault(movement.from_link, set()).update(movement.lanes)
-        return {name: sorted(lanes) for name, lanes in used.items()}
+        return {name: self._from_right(name, lanes) for name, lanes in used.items()}
 
     def _line(self, link: Link) -> Points:
         """Return the line of the leftmost lane, cut where the intersection begins."""
@@ -148,7 +154,7 @@ class Crossing:
         return beside(self._line(link), self.side * (link.lanes - 1) * LANE_M / 2)
 
     def _stop(self, link: Link, lane: int) -> Points:
-        line = self._lane(link, lane)
+        line = self._lane(link, *self._from_right(link.id, [lane]))
         along = direction(line, at_end=True)
         across = np.array([along[1], -along[0]]) * LANE_M * 0.42
         return np.array([line[-1] - across, line[-1] + across])
@@ -156,7 +162,7 @@ class Crossing:
     def _ways(self, j: int) -> list[Points]:
         movement = self._item.movements[j]
         start, goal = self._links[movement.from_link], self._links[movement.to_link]
-        lanes = sorted(movement.lanes)
+        lanes = self._from_right(start.id, movement.lanes)
         onto = self._used.get(goal.id, list(range(goal.lanes)))
         # Right turns keep right, left turns left, and who goes straight stays in line.
         rank = self._used[start.id].index(lanes[0])

@@ -227,6 +227,7 @@ def test_cityflow_by_folder_and_by_files_in_any_order(tmp_path):
     files = [str(tmp_path / name) for name in ("flow.json", "roadnet.json")]
     assert examine(read_case(files)).traffic == folder.traffic
     assert folder.traffic.vehicles == 21
+    assert folder.case.lanes_from_left
     assert [path.name for path in folder.case.files] == ["roadnet.json", "flow.json"]
     assert folder.intersections[0].program_kind == "fixed"
     alone = examine(read_case(files[1:]))

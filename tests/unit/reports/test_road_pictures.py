@@ -177,6 +177,13 @@ def test_lanes_lie_beside_each_other_on_the_right_of_the_road():
     assert x == pytest.approx([2.5 * LANE_M, 1.5 * LANE_M, 0.5 * LANE_M])
 
 
+def test_lanes_may_be_counted_from_the_left():
+    case = replace(read_case(["grid:1x1"]), lanes_from_left=True)
+    ground = Crossing(case, case.network.intersections[0])
+    x = [ground.stops["S0>0,0", lane].mean(axis=0)[0] for lane in range(3)]
+    assert x == pytest.approx([0.5 * LANE_M, 1.5 * LANE_M, 2.5 * LANE_M])
+
+
 def test_left_hand_traffic_is_mirrored(generate):  # noqa: F811
     net = generate("--grid", "--grid.number", "2", "-j", "traffic_light", "--lefthand")
     case = read_case([str(net)])
