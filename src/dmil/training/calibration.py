@@ -49,6 +49,8 @@ START_WAVE_VEH_PER_S = 1.0
 """A driver follows the one before after a second: SUMO's tau, its default as in all of RESCO."""
 FEWEST_PASSAGES = 3
 """With fewer undisturbed vehicles a link's time is not measured."""
+STUCK_S = 60.0
+"""Who needs longer than this on a link beyond free flow stood in a queue that spilled back."""
 TYPICAL = 0.75
 """Part of these, the quickest, that its time is the mean of: others stopped after all."""
 ENTRY_LATE_S = 10.0
@@ -272,7 +274,8 @@ def link_times(passages: Passages) -> tuple[FloatArray, int]:
     """
     links = passages.vehicles.route_links
     spent_s = passages.survey.left_s - passages.reached_s
-    free = _undisturbed(passages) & ~np.isnan(spent_s)
+    # Whoever has not left a link has no time, which is not less than any other.
+    free = _undisturbed(passages) & (spent_s <= passages.free_s + STUCK_S)
     time_s = np.full(len(passages.scenario.network.links), np.nan)
     order = np.flatnonzero(free)
     order = order[np.argsort(links[order], kind="stable")]
