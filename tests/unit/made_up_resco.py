@@ -69,7 +69,9 @@ def write_resco_study(
                 runs.append(_runs(here, delay, 2000 * (1 + place), status))
                 if not status:
                     series.append(_series(here, delay))
-    write_results(folder, pl.concat(runs), pl.concat(series), pl.concat(training or [_none()]))
+    tables = {"runs": runs, "series": series, "episodes": training}
+    empty = {name: pl.DataFrame(schema=table.schema) for name, table in TABLES.items()}
+    write_results(folder, *(pl.concat([empty[name], *rows]) for name, rows in tables.items()))
     configuration = {"scenarios": [name.removeprefix("resco/") for name in scenarios]}
     configuration |= {"seeds": seeds, "episodes": episodes, "train_in": "queue", "judge": SUMO}
     write_manifest(
@@ -106,10 +108,6 @@ def _frame(key, schema, **columns):
         **constant, **{n: pl.lit(None, t) for n, t in schema.items() if n not in columns | key}
     )
     return frame.select(pl.col(name).cast(dtype) for name, dtype in schema.items())
-
-
-def _none():
-    return pl.DataFrame(schema=TABLES["episodes"].schema)
 
 
 def _runs(key, delay, vehicles, status):

@@ -15,6 +15,23 @@ from dmil.statistics import mean_interval
 BIN_S = 60
 """Seconds that one point of a queue's course averages."""
 
+_CURVE: dict[str, type[pl.DataType]] = {
+    "scenario": pl.String,
+    "contender": pl.String,
+    "learner": pl.Int64,
+    "trained_in": pl.String,
+    "episode": pl.Int64,
+    "n": pl.Int64,
+    **dict.fromkeys(
+        ("mean", "low", "high", "entries", "last", "last_low", "last_high"), pl.Float64
+    ),
+}
+
+_COURSE: dict[str, type[pl.DataType]] = {
+    "contender": pl.String,
+    **dict.fromkeys(("time_s", "mean", "low", "high"), pl.Float64),
+}
+
 
 def learning_curves(results: Results, runs: Judged, only: str | None = None) -> pl.DataFrame:
     """Return the average delay of every training episode, over seeds (ours).
@@ -41,7 +58,7 @@ def learning_curves(results: Results, runs: Judged, only: str | None = None) -> 
             if own.height:
                 key = {"scenario": scenario, "contender": runs.names[number], "learner": number}
                 frames.append(_curve(own, key))
-    return pl.concat(frames) if frames else _curve(rows.clear(), {})
+    return pl.concat(frames) if frames else pl.DataFrame(schema=_CURVE)
 
 
 def training(curves: pl.DataFrame) -> pl.DataFrame:
@@ -101,7 +118,7 @@ def queue_courses(results: Results, runs: Judged, scenario: str) -> pl.DataFrame
             )
             frame = pl.DataFrame({"contender": label, "time_s": (minutes + 0.5) * BIN_S})
             frames.append(frame.with_columns(**interval_columns(found)).sort("time_s"))
-    return pl.concat(frames)
+    return pl.concat(frames) if frames else pl.DataFrame(schema=_COURSE)
 
 
 def _is(contender: Contender) -> list[pl.Expr]:
@@ -110,7 +127,6 @@ def _is(contender: Contender) -> list[pl.Expr]:
 
 def _curve(own: pl.DataFrame, key: dict[str, object]) -> pl.DataFrame:
     """Return one learner's curve on one network."""
-    schema = {"scenario": pl.String, "contender": pl.String, "learner": pl.Int64}
     wide = own.sort("episode", "seed").pivot(on="episode", index="seed", values="delay_s")
     episodes = [int(column) for column in wide.columns[1:]]
     values = wide.drop("seed").select(pl.all().cast(pl.Float64).fill_null(np.nan)).to_numpy()
@@ -123,12 +139,8 @@ def _curve(own: pl.DataFrame, key: dict[str, object]) -> pl.DataFrame:
     frame = pl.DataFrame({"episode": episodes, "n": found.seeds}).with_columns(
         **interval_columns(found), entries=entries["entries_per_agent"]
     )
-    constant = {name: pl.lit(key.get(name), dtype) for name, dtype in schema.items()}
     ends = {name: column[0] for name, column in interval_columns(last, "last", "last_").items()}
-    trained_in = own["trained_in"].first()
-    return frame.select(
-        **constant,
-        trained_in=pl.lit(trained_in, pl.String),
-        **{name: pl.col(name) for name in frame.columns},
-        **{name: pl.lit(value, pl.Float64) for name, value in ends.items()},
-    )
+    constant = key | ends | {"trained_in": own["trained_in"].first()}
+    return frame.with_columns(
+        **{name: pl.lit(value, _CURVE[name]) for name, value in constant.items()}
+    ).select(pl.col(name).cast(dtype) for name, dtype in _CURVE.items())
