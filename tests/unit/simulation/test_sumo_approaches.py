@@ -5,7 +5,7 @@ import pytest
 
 from dmil.demand import Vehicles
 from dmil.network import Intersection, Junction, Link, Movement, RoadNetwork
-from dmil.simulation.sumo.approaches import build_ways, count_vehicles, locate, reached_stop_lines
+from dmil.simulation.sumo.approaches import build_ways, count_vehicles, reached_stop_lines
 
 SHAPE = (2, 2)
 
@@ -47,9 +47,14 @@ def ways(road):
     return build_ways(road, Vehicles(np.zeros(3, np.int32), offset, np.array(links, np.int32)))
 
 
+def as_seen(*rows):
+    """Return rows of vehicles as the simulator gets them from SUMO's process."""
+    return np.frombuffer(np.array(rows, np.float64).T.tobytes()).reshape(5, -1)
+
+
 def counted(road, ways, *rows, detection_m=200.0, within_s=10):
-    seen = locate(ways, np.array(rows, np.float64).T)
-    counts = count_vehicles(ways, seen, SHAPE, within_s=within_s, detection_m=detection_m)
+    seen = as_seen(*rows)
+    *counts, _ = count_vehicles(ways, seen, SHAPE, within_s=within_s, detection_m=detection_m)
     return [array.tolist() for array in counts]
 
 
@@ -96,15 +101,18 @@ def test_nobody_counts_behind_the_last_signals_or_off_the_road(road, ways):
     assert counted(road, ways, *rows) == [NOBODY, NOBODY]
 
 
+def test_halting_vehicles_count_wherever_they_are(ways):
+    rows = (0, 3, 5, 0.09, 0), (2, 0, 290, 0.0, 0), (0, 1, 9, 0.0, 1), (0, 0, 9, 0.1, 0)
+    seen = as_seen(*rows, (0, 2, 390, -(2.0**30), 0))
+    assert count_vehicles(ways, seen, SHAPE, within_s=10, detection_m=200.0)[2] == 3
+
+
 def test_stop_lines_that_vehicles_have_come_to(ways):
-    rows = np.array([(0, 0, 9, 1, 0), (1, 1, 9, 1, 0), (2, 0, 9, 1, 0)], np.float64)
-    assert reached_stop_lines(ways, locate(ways, rows.T)) == 1
-    assert reached_stop_lines(ways, locate(ways, np.array([(0, 3, 9, 1, 0.0)]).T)) == 2
+    assert reached_stop_lines(ways, as_seen((0, 0, 9, 1, 0), (1, 1, 9, 1, 0), (2, 0, 9, 1, 0))) == 1
+    assert reached_stop_lines(ways, as_seen((0, 3, 9, 1, 0))) == 2
 
 
 def test_no_vehicles_at_all(road):
     empty = Vehicles(np.zeros(0, np.int32), np.zeros(1, np.int32), np.zeros(0, np.int32))
     ways = build_ways(road, empty)
-    seen = locate(ways, np.zeros((5, 0)))
-    queue, coming = count_vehicles(ways, seen, SHAPE, within_s=10, detection_m=200.0)
-    assert queue.tolist() == coming.tolist() == NOBODY
+    assert counted(road, ways, *np.zeros((0, 5))) == [NOBODY, NOBODY]

@@ -58,7 +58,6 @@ def test_options_of_the_models():
     assert large[large.index("--seed") + 1] == "7"
 
 
-STEP = '    <step time="{}" running="9" waiting="{}" arrived="{}" halting="{}" duration="1"/>\n'
 TRIP = (
     '    <tripinfo id="{}" depart="1" departDelay="2.00" arrival="{}" waitingTime="3.50" '
     'waitingCount="4" timeLoss="5.25" vType="a">\n'
@@ -69,15 +68,15 @@ TRIP = (
 def test_outputs_are_read_piece_by_piece(tmp_path):
     file = tmp_path / "o.xml"
     outputs = Outputs(file)
-    whole = "<summary>\n" + STEP.format(0, 1, 0, 2) + TRIP.format(7, 60) + STEP.format(1, 0, 1, 3)
+    whole = "<tripinfos>\n" + TRIP.format(5, 50) + TRIP.format(7, 60)
     # Wherever a piece ends, nothing is lost or read twice.
     for end in range(0, len(whole), 37):
         file.write_text(whole[:end])
         outputs.update()
     file.write_text(whole + TRIP.format(8, -1))
     outputs.update()
-    assert outputs.seconds.tolist() == [[2, 1, 0], [3, 0, 1]]
     assert outputs.trips.tolist() == [
+        [5, 50, 2, 5.25, 3.5, 4, 1.5, 0.5],
         [7, 60, 2, 5.25, 3.5, 4, 1.5, 0.5],
         [8, -1, 2, 5.25, 3.5, 4, 1.5, 0.5],
     ]
@@ -85,10 +84,9 @@ def test_outputs_are_read_piece_by_piece(tmp_path):
 
 def test_outputs_of_a_run_without_vehicles(tmp_path):
     file = tmp_path / "o.xml"
-    file.write_text("<summary>\n")
+    file.write_text("<tripinfos>\n")
     outputs = Outputs(file)
     outputs.update()
-    assert outputs.seconds.shape == (0, 3)
     assert outputs.trips.shape == (0, 8)
 
 

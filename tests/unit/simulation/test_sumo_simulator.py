@@ -11,6 +11,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import fields, replace
 from multiprocessing import get_context
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -91,6 +92,29 @@ def test_measures_under_way_are_those_of_a_run_that_ends_there(simulator, driver
     assert under_way == pytest.approx(ended, abs=0.01 * len(drivers))
 
 
+@pytest.mark.parametrize("model", ["micro", "meso"])
+def test_seconds_and_waiting_are_those_of_sumos_summary(model, cologne, drivers, tmp_path):
+    file = tmp_path / "summary.xml"
+    simulator = SumoSimulator(
+        cologne, model=model, further_options=lambda files: ["--summary-output", str(file)]
+    )
+    measures = drive(simulator, drivers, lambda k: k // 4)
+    simulator.close()
+    steps = [step.attrib for step in ElementTree.parse(file).iter("step")]
+    halting, outside, arrived = (
+        np.array([int(step[name]) for step in steps]) for name in ("halting", "waiting", "arrived")
+    )
+    assert outside.sum() > 0
+    assert measures.arrived_at.tolist() == arrived.tolist()
+    # What halts is seen at decisions; who is outside, in every second.
+    decided = slice(9, None, 10)
+    assert measures.queued_at[decided].tolist() == (halting + outside)[decided].tolist()
+    known = np.interp(np.arange(1, 301), np.arange(0, 301, 10), [0, *halting[decided]])
+    assert measures.queued_at.tolist() == (np.rint(known) + outside).tolist()
+    # SUMO's trips count a speed of exactly 0.1 m/s as halting, and parts of seconds if mesoscopic.
+    assert measures.wait_veh_s == pytest.approx(halting.sum() + outside.sum(), rel=0.03)
+
+
 def test_the_own_program_is_what_sumo_does_by_itself(simulator, drivers, cologne, tmp_path):
     measures = drive(simulator, drivers, lambda k: PROGRAM)
     sumo = Path(importlib.util.find_spec("sumo").submodule_search_locations[0])
@@ -153,10 +177,29 @@ def test_without_request_there_are_no_emissions(simulator, drivers):
     assert np.isnan(drive(simulator, drivers).co2_g)
 
 
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="needs Linux's /proc")
+def test_a_death_of_the_run_alone_is_an_error_too(simulator, drivers):
+    simulator.reset(drivers)
+    pid = simulator._process._process.pid
+    (run,) = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    os.kill(int(run), signal.SIGSEGV)
+    with pytest.raises(SimulationError, match=r"cologne1: SUMO failed: .*code 139"):
+        simulator.advance(np.array([0]))
+    assert drive(simulator, drivers).arrived_veh > 0
+
+
+def test_runs_do_not_depend_on_what_ran_before(simulator, drivers):
+    first = total(drive(simulator, drivers))
+    for seed in range(3):
+        simulator.reset(drivers, seed)
+        simulator.advance(np.array([seed]))
+    assert total(drive(simulator, drivers)) == first
+
+
 def test_a_death_is_an_error_and_the_next_reset_lives(simulator, drivers):
     simulator.reset(drivers)
     folder = simulator._process.folder
-    os.kill(simulator._process._process.pid, signal.SIGKILL)
+    os.killpg(simulator._process._process.pid, signal.SIGKILL)
     with pytest.raises(SimulationError, match=r"cologne1: SUMO failed: .*-9"):
         simulator.advance(np.array([0], np.int32))
     assert not folder.exists()

@@ -73,6 +73,10 @@ def rewritten(measured):
     return {"arrived_at": np.full_like(measured.arrived_at, measured.arrived_veh)}
 
 
+def half_the_wait(measured):
+    return {"wait_veh_s": measured.wait_veh_s // 2, "arrived_wait_veh_s": 0}
+
+
 def padded(observation):
     queue_veh = observation.queue_veh
     return {"queue_veh": np.append(queue_veh, queue_veh[:, :1], axis=1)}
@@ -205,6 +209,7 @@ WRONG = [
     (RULE.MEASURES, small(measures=lambda self: None), "a NoneType"),
     (RULE.MEASURES, counts(lambda m: {"time_s": m.time_s + 1}), "time_s = 1"),
     (RULE.MEASURES, counts(lambda m: {"wait_veh_s": m.wait_veh_s + 1}), "the sum of queued_at"),
+    (RULE.MEASURES, counts(half_the_wait), "the sum of queued_at"),
     (RULE.MEASURES, counts(lambda m: {"queued_at": m.queued_at[1:]}), "one number per second"),
     (RULE.MEASURES, counts(lambda m: {"arrived_veh": 0}), "the last of arrived_at"),
     (RULE.MEASURES, counts(lambda m: {"travel_veh_s": m.wait_veh_s - 1}), "travel_veh_s"),

@@ -1,4 +1,4 @@
-"""The measures of a run, from SUMO's outputs and from vehicles that are still in the network."""
+"""The measures of a run, from SUMO's output and from vehicles that are still in the network."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ import numpy.typing as npt
 
 from dmil.demand import Vehicles
 from dmil.simulation.measures import NAN, Measures
-from dmil.simulation.sumo.approaches import Seen, Ways, reached_stop_lines
+from dmil.simulation.sumo.approaches import Ways, reached_stop_lines
 from dmil.simulation.sumo.outputs import Outputs
 
 FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
 
 
 class Accounts:
@@ -31,13 +32,21 @@ class Accounts:
     def __init__(self, output: Path, vehicles: Vehicles, ways: Ways, begin_s: int) -> None:
         self._outputs = Outputs(output)
         self._depart_s, self._ways, self._begin_s = vehicles.depart_s, ways, begin_s
+        self._seen_s: list[int] = []
+        self._halting_veh: list[int] = []
+
+    def note_halting(self, time_s: int, halting_veh: int) -> None:
+        """Note how many vehicles in the network halt at a decision (ours)."""
+        self._seen_s.append(time_s)
+        self._halting_veh.append(halting_veh)
 
     def measures(
         self,
         time_s: int,
-        seen: Seen,
-        under_way: FloatArray | None,
+        seen: FloatArray,
+        under_way: FloatArray,
         *,
+        ended: bool,
         overruled: int,
         emissions: bool,
     ) -> Measures:
@@ -47,11 +56,12 @@ class Accounts:
         ----------
         time_s
             Time since the run began.
-        seen
-            Where the vehicles in the network are.
-        under_way: (vehicles in the network, 4) float64
-            Number, departure delay, time loss and stops; None after the run, when the output file
-            tells.
+        seen: (5, vehicles in the network) float64
+            Where they are, see `count_vehicles`.
+        under_way: (vehicles in the network, 5) float64
+            Number, departure delay, time loss, time halting and stops.
+        ended
+            Whether the output file tells about the vehicles in the network too.
         overruled
             Requests that the signal timing rules did not grant.
         emissions
@@ -59,37 +69,46 @@ class Accounts:
         """
         if time_s:
             self._outputs.update()
-        trips, seconds = self._outputs.trips, self._outputs.seconds.astype(np.int32)
+        trips = self._outputs.trips
         done = trips[trips[:, 1] >= 0]
         ids, arrival_s = done[:, 0].astype(np.int64), done[:, 1] - self._begin_s
-        if under_way is None:
-            under_way = trips[trips[:, 1] < 0][:, [0, 2, 3, 5]]
         spawned = int(np.searchsorted(self._depart_s, time_s))
-        depart_s = self._depart_s[:spawned]
+        depart_s = self._depart_s[:spawned].astype(np.float64)
         # Whoever has neither arrived nor entered waits outside, from departure until now.
-        delay_s = time_s - depart_s.astype(np.float64)
+        delay_s = time_s - depart_s
         delay_s[ids] = done[:, 2]
         delay_s[under_way[:, 0].astype(np.int64)] = under_way[:, 1]
-        travel_s = time_s - depart_s.astype(np.float64)
+        travel_s = time_s - depart_s
         travel_s[ids] = arrival_s - depart_s[ids]
-        queued_at = seconds[:, 0] + seconds[:, 1]
-        wait_veh_s = float(queued_at.sum())
+        arrived_at = _count_until(arrival_s, time_s)
+        entered_at = _count_until(depart_s + delay_s, time_s)
+        outside_at = _count_until(depart_s, time_s) - entered_at
         gone = self._ways.passed[self._ways.offset[ids + 1] - 1].sum()
         return Measures(
             time_s=time_s,
             spawned_veh=spawned,
             arrived_veh=len(done),
-            wait_veh_s=wait_veh_s,
+            # Whole seconds: the mesoscopic model counts parts of them too.
+            wait_veh_s=float(round(done[:, 4].sum() + under_way[:, 3].sum() + delay_s.sum())),
             visits=int(gone) + reached_stop_lines(self._ways, seen),
-            # Mesoscopic vehicles wait for parts of seconds, which counts at full seconds can miss.
-            arrived_wait_veh_s=min(float(done[:, [2, 4]].sum()), wait_veh_s),
+            arrived_wait_veh_s=float(round(done[:, [2, 4]].sum())),
             travel_veh_s=float(travel_s.sum()),
-            time_loss_veh_s=float(done[:, 3].sum() + under_way[:, 2].sum()),
+            time_loss_veh_s=float(trips[:, 3].sum() + (0 if ended else under_way[:, 2].sum())),
             departure_delay_veh_s=float(delay_s.sum()),
-            stops=int(done[:, 5].sum() + under_way[:, 3].sum()),
+            stops=int(done[:, 5].sum() + under_way[:, 4].sum()),
             overruled=overruled,
-            arrived_at=seconds[:, 2],
-            queued_at=queued_at,
+            arrived_at=arrived_at,
+            queued_at=outside_at + self._halting_at(time_s),
             co2_g=float(trips[:, 6].sum()) if emissions else NAN,
             fuel_g=float(trips[:, 7].sum()) if emissions else NAN,
         )
+
+    def _halting_at(self, time_s: int) -> IntArray:
+        """Return the vehicles that halt after every second, interpolated between decisions."""
+        after_s = np.arange(1, time_s + 1)
+        return np.rint(np.interp(after_s, self._seen_s, self._halting_veh)).astype(np.int32)
+
+
+def _count_until(event_s: FloatArray, time_s: int) -> IntArray:
+    """Return how many events there have been after every second (those at its end come later)."""
+    return np.searchsorted(np.sort(event_s), np.arange(1, time_s + 1)).astype(np.int32)

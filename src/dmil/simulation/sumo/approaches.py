@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from dmil.compilation import kernel
 from dmil.demand import Vehicles
 from dmil.network import RoadNetwork
 
@@ -48,26 +49,6 @@ class Ways(NamedTuple):
     passed: LongArray
 
 
-class Seen(NamedTuple):
-    """Where the vehicles in the network are.
-
-    Attributes
-    ----------
-    vehicle: (seen,) int64
-    place: (seen,) int64
-        See `Ways`; on a junction that of the link behind it.
-    position_m: (seen,) float64
-        From the beginning of that link.
-    speed_m_per_s: (seen,) float64
-        Negative where there is none.
-    """
-
-    vehicle: LongArray
-    place: LongArray
-    position_m: FloatArray
-    speed_m_per_s: FloatArray
-
-
 def build_ways(network: RoadNetwork, vehicles: Vehicles) -> Ways:
     """Look ahead along all routes (ours)."""
     link, offset = vehicles.route_links, vehicles.route_offset
@@ -96,32 +77,14 @@ def build_ways(network: RoadNetwork, vehicles: Vehicles) -> Ways:
     )
 
 
-def locate(ways: Ways, numbers: FloatArray) -> Seen:
-    """Place vehicles on their routes (ours).
-
-    Parameters
-    ----------
-    ways
-        Of all vehicles.
-    numbers: (5, seen) float64
-        Vehicle, index on its route of the link that it is on or has left, position on its lane in
-        m, speed in m/s, whether it is on a junction.
-    """
-    vehicle = numbers[0].astype(np.int64)
-    on_junction = numbers[4]
-    place = ways.offset[vehicle] + (numbers[1] + on_junction).astype(np.int64)
-    place = np.minimum(place, ways.offset[vehicle + 1] - 1)
-    return Seen(vehicle, place, numbers[2] * (1 - on_junction), numbers[3])
-
-
 def count_vehicles(
     ways: Ways,
-    seen: Seen,
+    seen: FloatArray,
     shape: tuple[int, int],
     *,
     within_s: int,
     detection_m: float,
-) -> tuple[IntArray, IntArray]:
+) -> tuple[IntArray, IntArray, int]:
     """Count vehicles that halt before a stop line, and those that reach it soon (ours).
 
     A vehicle counts if it is on the link that leads to the stop line, or on one before it with only
@@ -129,8 +92,11 @@ def count_vehicles(
 
     Parameters
     ----------
-    ways, seen
-        Routes, and where on them the vehicles are.
+    ways
+        Routes of all vehicles.
+    seen: (5, vehicles in the network) float64
+        Vehicle, index on its route of the link that it is on or has left, position on its lane in
+        m, speed in m/s (negative where there is none), whether it is on a junction.
     shape
         Intersections and orientations.
     within_s
@@ -141,25 +107,65 @@ def count_vehicles(
     Returns
     -------
     queue_veh, approaching_veh: (intersections, orientations) int32
+    halting_veh: int
+        Vehicles that halt anywhere in the network.
     """
-    place = seen.place
-    away_m = ways.ahead_m[place] - seen.position_m
-    away_s = ways.ahead_s[place] - seen.position_m / ways.limit_m_per_s[place]
-    near = (ways.slot[place] >= 0) & (ways.own[place] | (away_m <= detection_m))
-    speed = seen.speed_m_per_s
-    halting = near & (speed >= 0) & (speed < HALTING_M_PER_S)
-    coming = near & (speed >= HALTING_M_PER_S) & (away_s <= within_s)
-    size = shape[0] * shape[1]
-    queue, approaching = (
-        np.bincount(ways.slot[place[chosen]], minlength=size).reshape(shape).astype(np.int32)
-        for chosen in (halting, coming)
-    )
-    return queue, approaching
+    queue, approaching = np.zeros(shape, np.int32), np.zeros(shape, np.int32)
+    halting = _count(ways, seen, queue.ravel(), approaching.ravel(), within_s, detection_m)
+    return queue, approaching, halting
 
 
-def reached_stop_lines(ways: Ways, seen: Seen) -> int:
-    """Return how many links to a governed movement the vehicles have come to, in all (ours)."""
-    return int((ways.passed[seen.place] + ways.own[seen.place]).sum())
+@kernel
+def reached_stop_lines(ways: Ways, seen: FloatArray) -> int:
+    """Return how many links to a governed movement the vehicles have come to, in all (ours).
+
+    Parameters
+    ----------
+    ways, seen
+        See `count_vehicles`.
+    """
+    reached = 0
+    for k in range(seen.shape[1]):
+        place = _place(ways, seen, k)
+        reached += ways.passed[place] + ways.own[place]
+    return reached
+
+
+@kernel
+def _count(
+    ways: Ways,
+    seen: FloatArray,
+    queue: IntArray,
+    approaching: IntArray,
+    within_s: int,
+    detection_m: float,
+) -> int:
+    """Add vehicles to the counts of their slots; return how many halt."""
+    halting = 0
+    for k in range(seen.shape[1]):
+        place, speed = _place(ways, seen, k), seen[3, k]
+        halts = 0 <= speed < HALTING_M_PER_S
+        halting += halts
+        # Who is on a junction is at the beginning of the link behind it.
+        position_m = 0.0 if seen[4, k] else seen[2, k]
+        away_m = ways.ahead_m[place] - position_m
+        if ways.slot[place] < 0 or not (ways.own[place] or away_m <= detection_m):
+            continue
+        away_s = ways.ahead_s[place] - position_m / ways.limit_m_per_s[place]
+        if halts:
+            queue[ways.slot[place]] += 1
+        elif speed >= HALTING_M_PER_S and away_s <= within_s:
+            approaching[ways.slot[place]] += 1
+    return halting
+
+
+@kernel
+def _place(ways: Ways, seen: FloatArray, k: int) -> int:
+    """Return where on its route a vehicle is; on a junction the place of the link behind it."""
+    vehicle = int(seen[0, k])
+    place: int = ways.offset[vehicle] + int(seen[1, k]) + int(seen[4, k])
+    last: int = ways.offset[vehicle + 1] - 1
+    return min(place, last)
 
 
 def _slots(network: RoadNetwork, vehicles: Vehicles) -> LongArray:

@@ -1,4 +1,4 @@
-"""SUMO's outputs of a run: what happened in every second, and to every vehicle."""
+"""SUMO's output of a run: what happened to every vehicle."""
 
 from __future__ import annotations
 
@@ -11,18 +11,17 @@ import numpy.typing as npt
 
 FloatArray = npt.NDArray[np.float64]
 
-_ELEMENT = re.compile(rb"<(step|tripinfo|emissions) [^>]*>")
+_ELEMENT = re.compile(rb"<(tripinfo|emissions) [^>]*>")
 _ATTRIBUTE = re.compile(rb' (\w+)="([^"]*)"')
 MG_PER_G = 1000.0
 
-SECOND = ("halting", "waiting", "arrived")
 TRIP = ("id", "arrival", "departDelay", "timeLoss", "waitingTime", "waitingCount")
 EMISSIONS = ("CO2_abs", "fuel_abs")
 
 
 @dataclass(slots=True)
 class Outputs:
-    """Reads what SUMO appends to its file of summary and trips (SUMO's documentation of both).
+    """Reads what SUMO appends to its file of trips (SUMO's documentation of "tripinfo").
 
     Parameters
     ----------
@@ -32,7 +31,6 @@ class Outputs:
 
     file: Path
     _read: int = 0
-    _seconds: list[tuple[float, ...]] = field(default_factory=list)
     _trips: list[list[float]] = field(default_factory=list)
 
     def update(self) -> None:
@@ -44,17 +42,10 @@ class Outputs:
         self._read += len(new)
         for match in _ELEMENT.finditer(new):
             values = dict(_ATTRIBUTE.findall(match[0]))
-            if match[1] == b"step":
-                self._seconds.append(_numbers(values, SECOND))
-            elif match[1] == b"tripinfo":
+            if match[1] == b"tripinfo":
                 self._trips.append([*_numbers(values, TRIP), 0.0, 0.0])
             else:
                 self._trips[-1][-2:] = [mg / MG_PER_G for mg in _numbers(values, EMISSIONS)]
-
-    @property
-    def seconds(self) -> FloatArray:
-        """Vehicles halting, waiting outside and arrived so far, after every second: (time, 3)."""
-        return np.array(self._seconds).reshape(-1, len(SECOND))
 
     @property
     def trips(self) -> FloatArray:

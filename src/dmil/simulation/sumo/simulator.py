@@ -14,7 +14,7 @@ from dmil.scenarios import Scenario
 from dmil.simulation.measures import Measures
 from dmil.simulation.protocol import Observation
 from dmil.simulation.sumo.accounts import Accounts
-from dmil.simulation.sumo.approaches import Ways, build_ways, count_vehicles, locate
+from dmil.simulation.sumo.approaches import FloatArray, Ways, build_ways, count_vehicles
 from dmil.simulation.sumo.files import Model, RunFiles, options, run_files, write_routes
 from dmil.simulation.sumo.process import SumoProcess, require_sumo
 from dmil.simulation.sumo.signals import SignalHeads
@@ -58,7 +58,9 @@ class SumoSimulator:
     decision interval in free flow, on the incoming link or within ``detection_m``.
     ``visits`` counts the links before stop lines that vehicles have come to. Emissions
     are those of vehicles that have ended their trip, so until the horizon only of those that have
-    arrived; and so is the time loss of the mesoscopic model.
+    arrived; and so is the time loss of the mesoscopic model. Of ``queued_at``, the vehicles outside
+    are exact, and those that halt at every decision; between two decisions these lie on a straight
+    line. ``wait_veh_s`` is the time that SUMO itself counts for every vehicle.
     """
 
     def __init__(
@@ -83,7 +85,8 @@ class SumoSimulator:
         self._ways: Ways
         self._heads: SignalHeads
         self._accounts: Accounts
-        self._seen = np.zeros((5, 0))
+        self._seen: FloatArray
+        self._under_way: FloatArray
         self._time_s = NO_RUN
 
     @property
@@ -137,11 +140,11 @@ class SumoSimulator:
         process.ask(
             "start",
             chosen,
-            {"--summary-output": str(output), "--tripinfo-output": str(output)},
+            {"--tripinfo-output": str(output)},
         )
         self._heads = SignalHeads(self._signals, self._files.signals, self._scenario.timing)
         self._accounts = Accounts(output, vehicles, self._ways, self._files.begin_s)
-        self._seen = np.zeros((5, 0))
+        self._seen = np.frombuffer(b"").reshape(5, 0)
         self._time_s = 0
         return self._observe()
 
@@ -176,6 +179,7 @@ class SumoSimulator:
         self._seen = np.frombuffer(answer).reshape(5, -1)
         self._time_s += steps
         if self._time_s == self.horizon_s:
+            self._under_way = self._account()
             process.ask("close")  # only then SUMO writes about vehicles that have not arrived
         return self._observe()
 
@@ -187,14 +191,13 @@ class SumoSimulator:
         InputError
             If no run has begun.
         """
-        process = self._running()
-        under_way = None
-        if self._time_s < self.horizon_s:
-            under_way = np.frombuffer(process.ask("account")).reshape(-1, 4)
+        self._running()
+        ended = self._time_s == self.horizon_s
         return self._accounts.measures(
             self._time_s,
-            locate(self._ways, self._seen),
-            under_way,
+            self._seen,
+            self._under_way if ended else self._account(),
+            ended=ended,
             overruled=self._heads.overruled,
             emissions=self._emissions,
         )
@@ -222,15 +225,20 @@ class SumoSimulator:
             raise InputError("no run is under way", where=self._scenario.name, mend="call reset")
         return self._process
 
+    def _account(self) -> FloatArray:
+        """Ask about the vehicles in the network, see `Accounts.measures`."""
+        return np.frombuffer(self._running().ask("account")).reshape(-1, 5)
+
     def _observe(self) -> Observation:
         heads = self._heads
-        queue, approaching = count_vehicles(
+        queue, approaching, halting = count_vehicles(
             self._ways,
-            locate(self._ways, self._seen),
+            self._seen,
             (self._signals.served.shape[0], self._signals.served.shape[2]),
             within_s=self.decision_interval_s,
             detection_m=self._detection_m,
         )
+        self._accounts.note_halting(self._time_s, halting)
         return Observation(
             queue_veh=queue,
             approaching_veh=approaching,

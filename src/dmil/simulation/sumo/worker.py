@@ -8,6 +8,7 @@ also if the process at the other end was killed.
 from __future__ import annotations
 
 import ctypes
+import os
 import shutil
 import signal
 import sys
@@ -29,6 +30,7 @@ class Worker:
 
     def __init__(self) -> None:
         self._own_program: dict[str, str] = {}
+        self._meso, self._longest_crossing_m = False, 0.0
         self._flush_outputs: Any = getattr(
             ctypes.CDLL(libsumo._libsumo.__file__), "_ZN12OutputDevice8flushAllEv", None
         )
@@ -48,6 +50,10 @@ class Worker:
         for option, file in outputs.items():
             options = [*options, option, file if self._flush_outputs else "stdout"]
         libsumo.start(["sumo", *options])
+        self._meso = "--mesosim" in options
+        lanes = libsumo.lane
+        crossings_m = [lanes.getLength(name) for name in lanes.getIDList() if name[0] == ":"]
+        self._longest_crossing_m = max(crossings_m, default=0.0)
         signals = libsumo.trafficlight
         self._own_program = {name: signals.getProgram(name) for name in signals.getIDList()}
 
@@ -79,31 +85,44 @@ class Worker:
         return self.look()
 
     def look(self) -> bytes:
-        """Return five rows with a number per vehicle as float64, see `approaches.locate`.
+        """Return five rows with a number per vehicle as float64, see `approaches.count_vehicles`.
 
         All are read in one go per decision. Asking each vehicle in this process takes half as long
-        as a context subscription of all of them, whose values come in nested tables of objects.
+        as a context subscription of all of them, whose values come in nested tables of objects. Who
+        is further on its lane than any lane over a junction is long need not be asked for its road.
         """
         vehicle = libsumo.vehicle
         names = vehicle.getIDList()
         seen = array("d", map(int, names))
-        for read in (vehicle.getRouteIndex, vehicle.getLanePosition, vehicle.getSpeed):
-            seen.extend(map(read, names))
-        seen.extend([road.startswith(":") for road in map(vehicle.getRoadID, names)])
+        seen.extend(map(vehicle.getRouteIndex, names))
+        positions_m = list(map(vehicle.getLanePosition, names))
+        seen.extend(positions_m)
+        seen.extend(map(vehicle.getSpeed, names))
+        longest_m, road = self._longest_crossing_m, vehicle.getRoadID
+        seen.extend(
+            [
+                at_m <= longest_m and road(name).startswith(":")
+                for name, at_m in zip(names, positions_m, strict=True)
+            ]
+        )
         return seen.tobytes()
 
     def account(self) -> bytes:
-        """Write all output files out; return four numbers per vehicle in the network as float64.
+        """Write all output files out; return five numbers per vehicle in the network as float64.
 
-        These are its number, departure delay in s, time loss in s, and stops.
+        These are its number, departure delay, time loss and time halting in s, and stops.
         """
         if self._flush_outputs:
             self._flush_outputs()
         vehicle, seen = libsumo.vehicle, array("d")
         for name in vehicle.getIDList():
+            halting_s = float(vehicle.getParameter(name, "device.tripinfo.waitingTime"))
+            if self._meso:
+                # The device adds a halt of the mesoscopic model when it is over.
+                halting_s += vehicle.getWaitingTime(name)
             stops = int(vehicle.getParameter(name, "device.tripinfo.waitingCount"))
             delay_s, loss_s = vehicle.getDepartDelay(name), vehicle.getTimeLoss(name)
-            seen.extend((int(name), delay_s, loss_s, stops))
+            seen.extend((int(name), delay_s, loss_s, halting_s, stops))
         return seen.tobytes()
 
     def close(self) -> None:
@@ -138,20 +157,43 @@ def _actuated(logic: Any) -> Any:
 
 
 def main(handle: int, folder: str) -> None:
-    """Answer until the pipe ends."""
+    """Answer until the pipe ends, each run in a fork of this process.
+
+    What a run leaves behind in SUMO's memory changes the next one a little: its results then depend
+    on what was simulated before. A fork begins every run alike, and takes milliseconds.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process at the other end decides
-    connection, worker = Connection(handle), Worker()
+    connection = Connection(handle)
     while True:
         try:
             verb, *arguments = connection.recv()
         except (EOFError, OSError):
             shutil.rmtree(Path(folder), ignore_errors=True)
             return
+        if verb != "start":  # there is no run
+            connection.send(("done", None))
+        elif (child := os.fork()) == 0:
+            _run(connection, arguments)
+            os._exit(0)
+        elif code := os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]):
+            os._exit(code if code > 0 else 128 - code)  # as SUMO ended, so that the other end sees
+
+
+def _run(connection: Connection, arguments: list[Any]) -> None:
+    """Answer for one run, until it is closed, has failed, or the pipe ends."""
+    worker, verb = Worker(), "start"
+    while True:
         try:
             answer = "done", getattr(worker, verb)(*arguments)
         except Exception as error:  # SUMO's own and those of its interface: the other end tells
             answer = "failed", f"{error}"
-        connection.send(answer)
+        try:
+            connection.send(answer)
+            if verb == "close" or answer[0] == "failed":
+                return
+            verb, *arguments = connection.recv()
+        except (EOFError, OSError):
+            return
 
 
 if __name__ == "__main__":
