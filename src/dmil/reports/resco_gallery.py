@@ -46,8 +46,8 @@ def figures_of_study(tables: RescoTables) -> Iterator[Figure]:
         (
             "rank_agreement",
             "agreement",
-            "Kendall's τ: 1 the same ranks, 0 no relation, −1 reversed. Intervals are over seeds; near "
-            "1 they can only reach down.",
+            "Kendall's τ: 1 the same ranks, 0 no relation, −1 reversed. Intervals are over seeds; "
+            "near 1 they can only reach down.",
             resco_charts.rank_agreement(tables.agreement, GOAL),
         ),
         (
