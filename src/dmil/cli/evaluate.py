@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 import json as json_module
-import re
-import textwrap
 from pathlib import Path
 from typing import Any
 
 import typer
 from pydantic import Field, field_validator
-from rich import box
-from rich.table import Table
-from rich.text import Text
 
 from dmil.cli.application import StoppedError
 from dmil.cli.choices import (
@@ -26,8 +21,9 @@ from dmil.cli.choices import (
     controller_options,
     with_scenario_of,
 )
+from dmil.cli.evaluate_table import COLUMN_WIDTH, DIFFERENCES, LABEL_WIDTH, comparison_table
 from dmil.cli.help import Command
-from dmil.cli.measures import UNFINISHED, Measure, number
+from dmil.cli.measures import UNFINISHED
 from dmil.cli.parameters import Option, settings_command
 from dmil.cli.terminal import print_json, progress, results, say, show, waiting
 from dmil.compilation import is_cold
@@ -43,16 +39,6 @@ from dmil.studies.comparison import REFERENCE, Comparison, Contender, compare
 from dmil.training import Policy, load_policy
 
 BASELINES = ("fixed-cycle", "longest-queue-first", "max-pressure")
-DIFFERENCES = ("travel_time_s", "wait_per_spawned_s")
-SHOWN = (
-    Measure("travel_time_s", "travel time", "s", 1),
-    Measure("wait_per_spawned_s", "W, waiting", "s", 1),
-    Measure("throughput_veh_per_h", "throughput", "veh/h", 0),
-    Measure("mean_queue_veh", "mean queue", "veh", 1),
-    Measure("entries_per_agent", "memory entries", "per intersection", 1, True),
-    Measure("bytes_per_intersection", "memory bytes", "per intersection", 0, True),
-)
-LABEL_WIDTH, COLUMN_WIDTH = 16, 15
 
 
 class EvaluateParameters(ScenarioRecipe, SimulatorChoice):
@@ -71,6 +57,11 @@ class EvaluateParameters(ScenarioRecipe, SimulatorChoice):
     baselines: bool = Field(
         True, description="Put fixed-cycle, longest-queue-first and max-pressure beside."
     )
+    reference: str = Field(
+        REFERENCE,
+        description="Whom differences are taken to: a controller, put beside if it is not yet, or "
+        "the file name of a policy.",
+    )
     learn: bool = Field(
         False, description="Let learners go on learning and exploring during the test."
     )
@@ -79,6 +70,9 @@ class EvaluateParameters(ScenarioRecipe, SimulatorChoice):
         ge=0,
         le=1,
         description="Chance of a random action; by default 0 when frozen, else the learner's own.",
+    )
+    report: Path | None = Field(
+        None, description="Write the comparison as a page (.html) with a picture of the network."
     )
     jobs: int | None = Field(
         None, ge=1, description="Parallel processes; by default one per core. Same results."
@@ -96,12 +90,14 @@ OPTIONS = (
     *controller_options(many=True),
     Option("policy", "--policy", "Controllers", "FILE", many=True),
     Option("baselines", "--baselines", "Controllers"),
+    Option("reference", "--reference", "Controllers", "NAME"),
     Option("learn", "--learn", "Test"),
     Option("epsilon", "--epsilon", "Test"),
     Option("reward", "--reward", "Test"),
     Option("seeds", "--seeds", "Test"),
     Option("seed", "--seed", "Test"),
     Option("jobs", "--jobs", "Test"),
+    Option("report", "--report", "Output", "FILE"),
 )
 
 app = typer.Typer(add_completion=False)
@@ -123,11 +119,13 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
         dmil evaluate --scenario grid:5x5 --controller random --seeds 30
         dmil evaluate --policy a.npz --policy b.npz --scenario grid:3x3 --load 1.5
         dmil evaluate --scenario grid:3x3 --controller mine:MyController
+        dmil evaluate --policy policy.npz --simulator sumo --reference program
 
     In each seed all controllers meet the same vehicles. The table shows means over seeds with 95 %
-    bootstrap intervals, and the paired difference to max-pressure: an interval wholly below 0 means
-    less time than max-pressure needs. Travel time runs from departure to arrival, W is the part of
-    it spent in queues, both in s per vehicle.
+    bootstrap intervals, and the paired difference to --reference, which is max-pressure unless
+    another is named: an interval wholly below 0 means less than the reference needs. "program" is
+    the network's own plan. Travel time runs from departure to arrival, delay is what of it was lost
+    against driving freely, W is the part spent in queues, all in s per vehicle.
 
     A policy, or a controller that learns, is frozen by default: it does not learn, and always takes
     the action it holds best (ε = 0). Then the seeds tell how good what it has learned is.
@@ -151,23 +149,52 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
                 seeds,
                 simulator=settings.simulator,
                 emissions=settings.emissions,
+                reference=settings.reference,
                 executor=executor,
                 progress=advance,
             )
     except KeyboardInterrupt:
         raise StoppedError("nothing is kept of a comparison") from None
     notes = _notes(settings, found, scenario)
+    seed_text = f"{len(seeds)} seeds" if len(seeds) > 1 else f"seed {seeds[0]}"
+    if settings.report is not None:
+        about = (f"{scenario.horizon_s} s", seed_text, f"simulator: {settings.simulator}")
+        _write_report(settings.report, recipe, scenario, found, about, notes)
     if json:
         print_json(_as_json(found, scenario, notes))
         return
-    seed_text = f"{len(seeds)} seeds" if len(seeds) > 1 else f"seed {seeds[0]}"
     show(f"{scenario.name}, {scenario.horizon_s} s, {seed_text}", "")
     # As many controllers side by side as the terminal is wide.
     fitting = max(1, (results().width - LABEL_WIDTH) // (COLUMN_WIDTH + 1))
     for first in range(0, len(found.labels), fitting):
-        show(_table(found, range(len(found.labels))[first : first + fitting]), "")
+        show(comparison_table(found, range(len(found.labels))[first : first + fitting]), "")
     for note in notes:
         show(note)
+    if settings.report is not None:
+        say(f"Report: {settings.report}")
+
+
+def _write_report(
+    path: Path,
+    recipe: ScenarioRecipe,
+    scenario: Scenario,
+    found: Comparison,
+    about: tuple[str, ...],
+    notes: list[str],
+) -> None:
+    from dmil.doctor import examine, read_case
+    from dmil.reports.comparison_page import write_comparison
+
+    files = (recipe.roadnet, recipe.flow, recipe.net, *recipe.routes)
+    with waiting("writing the report"):
+        case = read_case(
+            [recipe.scenario] if recipe.scenario else [str(file) for file in files if file],
+            begin_s=recipe.begin_s,
+            horizon_s=recipe.horizon_s,
+            phases=recipe.phases,
+            routing=recipe.routing,
+        )
+        write_comparison(path, found, examine(case), title=scenario.name, about=about, notes=notes)
 
 
 def _contenders(settings: EvaluateParameters, policies: list[Policy]) -> list[Contender]:
@@ -203,6 +230,16 @@ def _contenders(settings: EvaluateParameters, policies: list[Policy]) -> list[Co
     for name in BASELINES if settings.baselines else ():
         if name not in made:
             add(name, {"controller": name})
+    wanted, entry = settings.reference, CONTROLLERS.get(settings.reference)
+    if wanted not in made and wanted != REFERENCE:
+        if entry is None or entry.learns:
+            fixed = [name for name, entry in CONTROLLERS.items() if not entry.learns]
+            raise InputError(
+                f"found '{wanted}'",
+                where="--reference",
+                expected=f"one of {', '.join(dict.fromkeys([*made, *fixed]))}",
+            )
+        add(wanted, {"controller": wanted})
     return list(made.values())
 
 
@@ -222,10 +259,13 @@ def _notes(settings: EvaluateParameters, found: Comparison, scenario: Scenario) 
     if several:
         notes.append("Below each mean: its 95 % bootstrap interval over seeds.")
     if found.same_demand:
-        notes.append(
-            "The vehicles are recorded, the same in every seed: only chance inside the controllers "
-            "differs, so the interval of one that draws nothing is exact."
+        differs = (
+            "only chance inside the controllers differs, so the interval of one that draws nothing "
+            "is exact."
+            if found.exact
+            else "seeds differ by SUMO's drivers and by chance inside the controllers."
         )
+        notes.append(f"The vehicles are recorded, the same in every seed: {differs}")
     elif several:
         notes.append("Each seed has vehicles of its own, the same for all controllers.")
     entries = [CONTROLLERS.get(choice.name) for choice in settings.controller]
@@ -241,46 +281,6 @@ def _notes(settings: EvaluateParameters, found: Comparison, scenario: Scenario) 
     return notes
 
 
-def _table(found: Comparison, columns: range) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=0)
-    table.add_column("", width=LABEL_WIDTH, no_wrap=True)
-    for i in columns:
-        parts = re.split("(?<=:)", found.labels[i])
-        head = "\n".join(line for part in parts for line in textwrap.wrap(part, COLUMN_WIDTH))
-        table.add_column(head, width=COLUMN_WIDTH, justify="right", overflow="fold")
-    for measure in SHOWN:
-        if measure.optional and not found.measures[measure.name].any():
-            continue
-        mean = found.mean(measure.name)
-        # What a frozen policy remembers is not a matter of chance.
-        fixed = measure.optional and not found.measures[measure.name].std(axis=0).any()
-        cells = (_cell(mean, i, measure.digits, plain=fixed) for i in columns)
-        table.add_row(_label(measure), *cells)
-        difference = found.difference(measure.name) if measure.name in DIFFERENCES else None
-        if difference is not None:
-            cells = (
-                "" if found.labels[i] == REFERENCE else _cell(difference, i, measure.digits, "+")
-                for i in columns
-            )
-            table.add_row(Text(f"− {REFERENCE}", "dim"), *cells)
-    return table
-
-
-def _label(measure: Measure) -> Text:
-    return Text.assemble(measure.label, "\n", (measure.unit, "dim"))
-
-
-def _cell(estimate: Estimate, i: int, digits: int, sign: str = "", *, plain: bool = False) -> str:
-    """Return a mean, and its interval on a second line unless that is not wanted."""
-    value, low, high = (float(each[i]) for each in (estimate.value, estimate.low, estimate.high))
-    if value == low == high == 0 and not sign:
-        return "0"
-    mean = number(value, digits, sign)
-    return (
-        mean if low != low or plain else f"{mean}\n[{number(low, digits)}, {number(high, digits)}]"
-    )
-
-
 def _as_json(found: Comparison, scenario: Scenario, notes: list[str]) -> dict[str, Any]:
     means = {name: found.mean(name) for name in found.measures}
     differences = {name: found.difference(name) for name in DIFFERENCES}
@@ -293,7 +293,7 @@ def _as_json(found: Comparison, scenario: Scenario, notes: list[str]) -> dict[st
             {
                 "controller": label,
                 "measures": {name: _ends(each, i) for name, each in means.items()},
-                f"minus_{REFERENCE}": {
+                f"minus_{found.reference}": {
                     name: _ends(each, i) for name, each in differences.items() if each is not None
                 },
                 "per_seed": {

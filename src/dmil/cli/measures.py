@@ -21,6 +21,8 @@ class Measure:
         Digits after the point.
     optional
         Whether it is left out where it is zero throughout, such as memory where there is none.
+    factor
+        What the results' number is multiplied with.
     """
 
     name: str
@@ -28,6 +30,7 @@ class Measure:
     unit: str
     digits: int
     optional: bool = False
+    factor: float = 1.0
 
 
 MEASURES = (

@@ -69,6 +69,8 @@ def scenario(
     MissingExtraError
         If it needs a package that is not installed.
     """
+    if name.endswith(".sumocfg") and ":" not in name:
+        name = f"sumo:{name}"
     kind, _, rest = name.partition(":")
     if name.startswith(PREFIX) or (kind == "sumo" and rest):
         made = sumo_scenario(

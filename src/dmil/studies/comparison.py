@@ -25,6 +25,7 @@ from dmil.studies.executors import Executor, LocalExecutor
 from dmil.training import controller_of, evaluate, load_policy, vehicles_of_seed
 
 REFERENCE = "max-pressure"
+"""Whom differences are taken to, unless another is named."""
 DETERMINISTIC = ("fixed-cycle", "program", "longest-queue-first", "max-pressure")
 """Controllers that draw nothing: on the same vehicles they do the same."""
 
@@ -81,6 +82,8 @@ class Comparison:
         controllers differs.
     exact: bool
         Whether the simulator itself draws nothing.
+    reference: str
+        Label of the contender that differences are taken to.
     """
 
     labels: list[str]
@@ -88,6 +91,7 @@ class Comparison:
     measures: dict[str, npt.NDArray[np.float64]]
     same_demand: bool
     exact: bool = True
+    reference: str = REFERENCE
 
     def mean(self, measure: str) -> Estimate:
         """Return the mean over seeds with its interval, for every contender (ours)."""
@@ -96,11 +100,11 @@ class Comparison:
         return self._with_exact(estimate, self._exact())
 
     def difference(self, measure: str) -> Estimate | None:
-        """Return the paired difference to max-pressure, None if that is not here (ours)."""
-        if REFERENCE not in self.labels:
+        """Return the paired difference to the reference, None if that is not here (ours)."""
+        if self.reference not in self.labels:
             return None
         values = self.measures[measure]
-        reference = self.labels.index(REFERENCE)
+        reference = self.labels.index(self.reference)
         estimate = paired_difference(
             values,
             np.repeat(values[:, [reference]], values.shape[1], axis=1),
@@ -127,6 +131,7 @@ def compare(
     *,
     simulator: str = "queue",
     emissions: bool = False,
+    reference: str = REFERENCE,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Comparison:
@@ -142,6 +147,8 @@ def compare(
         Test seeds.
     simulator, emissions
         See `dmil.simulation.make_simulator`.
+    reference
+        Label of the contender that differences are taken to.
     executor
         Where runs happen; processes of this machine by default.
     progress
@@ -172,6 +179,7 @@ def compare(
         },
         same_demand=has_same_demand(made, seeds[0]),
         exact=simulator == "queue",
+        reference=reference,
     )
 
 

@@ -1,0 +1,132 @@
+"""The report of a comparison on one scenario: what came out, how sure it is, and on which roads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import dmil
+from dmil.doctor import Diagnosis
+from dmil.reports.export import embedded, script_bundle, write_file
+from dmil.reports.figure import figure
+from dmil.reports.html import environment
+from dmil.reports.network_chart import network_chart
+from dmil.reports.theme import DARK
+from dmil.statistics import Estimate
+from dmil.studies.comparison import Comparison
+
+#: Columns of the table: metric, head, factor, digits, whether the difference is shown.
+COLUMNS: tuple[tuple[str, str, float, int, bool], ...] = (
+    ("delay_s", "delay, s", 1.0, 1, True),
+    ("travel_time_s", "travel time, s", 1.0, 1, True),
+    ("stops_per_spawned", "stops per vehicle", 1.0, 2, True),
+    ("co2_g", "CO2, kg", 1e-3, 1, True),
+    ("throughput_veh_per_h", "arrived, veh/h", 1.0, 0, False),
+    ("overruled", "requests overruled", 1.0, 0, False),
+)
+HEADLINE = COLUMNS[0]
+
+
+def write_comparison(
+    path: Path,
+    found: Comparison,
+    diagnosis: Diagnosis,
+    *,
+    title: str,
+    about: Sequence[str],
+    notes: Sequence[str],
+) -> None:
+    """Write a comparison as one page that works offline (ours).
+
+    Parameters
+    ----------
+    path
+        The page.
+    found
+        The comparison.
+    diagnosis
+        What the doctor says about the network and its demand.
+    title
+        Name of the scenario.
+    about
+        How it was run, in a few words each.
+    notes
+        How the numbers are to be read.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be written.
+    """
+    caption = "The network; numbers at intersections are those of the list, colours their shapes."
+    chart = figure("network", "network", title, caption, network_chart(diagnosis))
+    columns = [column for column in COLUMNS if _is_known(found, column[0])]
+    page = (
+        environment()
+        .get_template("comparison.html.j2")
+        .render(
+            title=title,
+            about=about,
+            notes=notes,
+            answers=_answers(found),
+            reference=found.reference if found.reference in found.labels else None,
+            columns=columns,
+            rows=_rows(found, columns),
+            findings=[each for each in diagnosis.findings if each.severity != "note"],
+            figure=chart,
+            specs=[(chart.name, embedded(chart.spec))],
+            bundle=script_bundle(),
+            dark_colours=DARK,
+            version=dmil.__version__,
+        )
+    )
+    write_file(path, page)
+
+
+def _is_known(found: Comparison, metric: str) -> bool:
+    values = found.measures[metric]
+    return bool((values == values).any())
+
+
+def _answers(found: Comparison) -> list[dict[str, Any]]:
+    """Say of everyone whether the difference to the reference is shown, by its interval."""
+    metric, _, factor, digits, _ = HEADLINE
+    difference = found.difference(metric)
+    if difference is None:
+        return []
+    answers = []
+    for i, label in enumerate(found.labels):
+        if label == found.reference:
+            continue
+        cell = _cell(difference, i, factor, digits)
+        low, high = cell["low"], cell["high"]
+        verdict = "one seed shows nothing"
+        if low is not None and high is not None:
+            verdict = "less" if high < 0 else "more" if low > 0 else "not shown to differ"
+        answers.append({"label": label, "verdict": verdict, **cell})
+    return answers
+
+
+def _rows(found: Comparison, columns: Sequence[Any]) -> list[dict[str, Any]]:
+    rows: list[dict[str, Any]] = [{"label": label, "cells": []} for label in found.labels]
+    for metric, _, factor, digits, compared in columns:
+        mean = found.mean(metric)
+        difference = found.difference(metric) if compared else None
+        for i, row in enumerate(rows):
+            is_other = row["label"] != found.reference
+            row["cells"].append(
+                {
+                    "mean": _cell(mean, i, factor, digits),
+                    "difference": _cell(difference, i, factor, digits)
+                    if difference is not None and is_other
+                    else None,
+                }
+            )
+    return rows
+
+
+def _cell(estimate: Estimate, i: int, factor: float, digits: int) -> dict[str, Any]:
+    ends = (estimate.value, estimate.low, estimate.high)
+    value, low, high = (None if each[i] != each[i] else float(each[i]) * factor for each in ends)
+    return {"value": value, "low": low, "high": high, "digits": digits}

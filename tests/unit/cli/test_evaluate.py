@@ -1,0 +1,70 @@
+"""``dmil evaluate``: whom differences are taken to, and the page."""
+
+import json
+import re
+
+import pytest
+
+RUN = ("evaluate", "--scenario", "grid:1x1", "--steps", 120, "--seeds", 3, "--jobs", 1)
+
+
+def test_the_reference_is_put_beside_and_subtracted(dmil):
+    found = dmil.json(*RUN, "--reference", "random")
+    controllers = {each["controller"]: each for each in found["controllers"]}
+    assert "random" in controllers
+    for each in controllers.values():
+        minus = each["minus_random"]["delay_s"]["mean"]
+        means = (one["measures"]["delay_s"]["mean"] for one in (each, controllers["random"]))
+        assert minus == pytest.approx(next(means) - next(means))
+    text = dmil(*RUN, "--reference", "random")
+    assert "− random" in text
+    assert "− max-pressure" not in text
+
+
+def test_the_table_tells_delay_stops_and_what_was_overruled(dmil):
+    text = dmil(*RUN)
+    assert re.search(r"^delay +\d", text, re.MULTILINE)
+    assert re.search(r"^stops +\d", text, re.MULTILINE)
+    assert "overruled" not in text
+    assert "CO2" not in text  # only SUMO knows it
+    forbidden = dmil(*RUN, "--min-green", 25)
+    assert re.search(r"^overruled +\d", forbidden, re.MULTILINE)
+
+
+def test_a_long_name_of_the_reference_is_not_cut(dmil):
+    text = dmil(*RUN, "--reference", "longest-queue-first")
+    assert re.search(r"^− longest-queue- .*\nfirst ", text, re.MULTILINE)
+
+
+@pytest.mark.parametrize("name", ["nobody", "sarsa"])
+def test_the_reference_must_be_known_and_have_nothing_to_learn(name, dmil):
+    dmil(*RUN, "--reference", name, code=2)
+    assert f"--reference: found '{name}'; expected one of fixed-cycle" in dmil.err
+
+
+def test_the_page_has_answer_numbers_findings_and_picture(dmil, tmp_path):
+    page = tmp_path / "report.html"
+    found = dmil.json(*RUN, "--reference", "random", "--report", page)
+    html = page.read_text(encoding="utf-8")
+    assert "grid:1x1: controllers compared" in html
+    for each in found["controllers"]:
+        assert f'<td class="name">{each["controller"]}</td>' in html
+        mean = each["measures"]["delay_s"]["mean"]
+        assert f'<b class="n">{mean:.1f}</b>' in html
+    verdicts = re.findall(r'<span class="verdict \w+">([^<]+)</span>', html)
+    assert len(verdicts) == len(found["controllers"]) - 1
+    assert "less" in verdicts
+    picture = re.search(r'"network": (\{.*\}),\n', html)
+    assert json.loads(picture[1])["datasets"]
+    assert "The doctor found" in html
+
+
+def test_one_seed_shows_nothing(dmil, tmp_path):
+    page = tmp_path / "report.html"
+    dmil("evaluate", "--scenario", "grid:1x1", "--steps", 60, "--seeds", 1, "--report", page)
+    assert "one seed shows nothing" in page.read_text(encoding="utf-8")
+
+
+def test_the_prefix_of_a_configuration_may_be_left_out(dmil):
+    dmil("simulate", "--scenario", "missing.sumocfg", code=2)
+    assert "missing.sumocfg: there is no such file" in dmil.err
