@@ -1,5 +1,6 @@
 """The reader of SUMO networks: movements, phases, programs, right of way, remarks."""
 
+import re
 from itertools import combinations
 
 import pytest
