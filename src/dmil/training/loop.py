@@ -22,7 +22,7 @@ class Run:
     measures: Measures
         Counts at the end of the run.
     time_s: tuple of int
-        Decision times, and the horizon as the last.
+        Decision times where the memory was watched, and the horizon as the last.
     memory: tuple of MemoryUse
         Memory in use at these times.
     """
@@ -39,6 +39,8 @@ def run(
     reward: Reward,
     rng: np.random.Generator,
     seed: int = 0,
+    *,
+    watch_memory: bool = True,
 ) -> Run:
     """Run a controller from an empty network to the horizon (Algorithm 4, all agents at once).
 
@@ -59,6 +61,8 @@ def run(
         The controller's stream of chance.
     seed
         Seed of the chance inside the simulator.
+    watch_memory
+        Whether to note the memory in use at every decision, or at the end only.
 
     Raises
     ------
@@ -67,14 +71,14 @@ def run(
     """
     network, intersections = simulator.network, len(simulator.network.intersections)
     controller.begin(Situation(network, simulator.decision_interval_s, rng))
-    remembering = controller if isinstance(controller, MemoryController) else None
     observation = simulator.reset(vehicles, seed)
     last_reward = None
     times_s, memory = [], []
     while True:
         phases = controller.decide(observation, last_reward)
-        times_s.append(observation.time_s)
-        memory.append(remembering.memory_use() if remembering else NO_MEMORY)
+        if watch_memory:
+            times_s.append(observation.time_s)
+            memory.append(_memory_use(controller))
         following = simulator.advance(phases)
         if following.time_s >= simulator.horizon_s:
             break
@@ -87,4 +91,9 @@ def run(
                 expected=f"one finite number for each of the {intersections} intersections",
             )
         observation = following
-    return Run(simulator.measures(), (*times_s, following.time_s), (*memory, memory[-1]))
+    at_the_end = memory[-1] if memory else _memory_use(controller)
+    return Run(simulator.measures(), (*times_s, following.time_s), (*memory, at_the_end))
+
+
+def _memory_use(controller: Controller) -> MemoryUse:
+    return controller.memory_use() if isinstance(controller, MemoryController) else NO_MEMORY

@@ -48,7 +48,8 @@ def train_prior(
         scenario.network, simulator.horizon_s, stream(seed, "training", "demand")
     )
     exploration = stream(seed, "training", "exploration")
-    run(simulator, dummy, vehicles, reward, exploration, simulator_seed(seed, "training"))
+    chance = simulator_seed(seed, "training")
+    run(simulator, dummy, vehicles, reward, exploration, chance, watch_memory=False)
     return Prior(dummy.table)
 
 
@@ -94,7 +95,9 @@ def train(
         )
         exploration = stream(seed, "training", "episode", episode, "exploration")
         chance = simulator_seed(seed, "training", "episode", episode)
-        results.append(run(simulator, controller, vehicles, reward, exploration, chance))
+        results.append(
+            run(simulator, controller, vehicles, reward, exploration, chance, watch_memory=False)
+        )
         if after_episode:
             after_episode(episode, results[-1])
     return results
