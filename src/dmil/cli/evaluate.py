@@ -28,6 +28,7 @@ from dmil.cli.parameters import Option, settings_command
 from dmil.cli.terminal import print_json, progress, results, say, show, waiting
 from dmil.compilation import is_cold
 from dmil.controllers import CONTROLLERS
+from dmil.demand import SumoDemand
 from dmil.errors import InputError
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
@@ -38,6 +39,7 @@ from dmil.studies import LocalExecutor, compile_kernels
 from dmil.studies.comparison import REFERENCE, Comparison, Contender, compare
 from dmil.training import Policy, load_policy
 
+UNDRIVABLE = ("unknown-road", "no-way")
 BASELINES = ("fixed-cycle", "longest-queue-first", "max-pressure")
 
 
@@ -266,6 +268,12 @@ def _notes(settings: EvaluateParameters, found: Comparison, scenario: Scenario) 
             else "seeds differ by SUMO's drivers and by chance inside the controllers."
         )
         notes.append(f"The vehicles are recorded, the same in every seed: {differs}")
+        left_out = _left_out(scenario)
+        if left_out:
+            notes.append(
+                f"Left out, since they cannot be driven: {left_out} of the files' vehicles; "
+                "dmil doctor says which."
+            )
     elif several:
         notes.append("Each seed has vehicles of its own, the same for all controllers.")
     entries = [CONTROLLERS.get(choice.name) for choice in settings.controller]
@@ -279,6 +287,13 @@ def _notes(settings: EvaluateParameters, found: Comparison, scenario: Scenario) 
         f"minimum green {timing.min_green_s} s."
     )
     return notes
+
+
+def _left_out(scenario: Scenario) -> int:
+    """Return how many vehicles SUMO's files have that this network has no way for."""
+    demand = scenario.demand
+    remarks = demand.remarks if isinstance(demand, SumoDemand) else ()
+    return sum(each.count for each in remarks if each.kind in UNDRIVABLE)
 
 
 def _as_json(found: Comparison, scenario: Scenario, notes: list[str]) -> dict[str, Any]:

@@ -60,7 +60,7 @@ def comparison_table(found: Comparison, columns: range) -> Table:
             continue
         mean = found.mean(measure.name)
         # What a frozen policy remembers is not a matter of chance.
-        fixed = measure.optional and not values.std(axis=0).any()
+        fixed = measure.optional and bool((values == values[0]).all())
         cells = (_cell(mean, i, measure, plain=fixed) for i in columns)
         table.add_row(_label(measure), *cells)
         difference = found.difference(measure.name) if measure.name in DIFFERENCES else None

@@ -5,6 +5,8 @@ import re
 
 import pytest
 
+from dmil.scenarios.resco import find_resco_configuration
+
 RUN = ("evaluate", "--scenario", "grid:1x1", "--steps", 120, "--seeds", 3, "--jobs", 1)
 
 
@@ -68,3 +70,16 @@ def test_one_seed_shows_nothing(dmil, tmp_path):
 def test_the_prefix_of_a_configuration_may_be_left_out(dmil):
     dmil("simulate", "--scenario", "missing.sumocfg", code=2)
     assert "missing.sumocfg: there is no such file" in dmil.err
+
+
+def test_vehicles_without_a_way_are_told(dmil, tmp_path):
+    pytest.importorskip("sumolib", reason="needs the extra sumo")
+    path = find_resco_configuration("resco/cologne1")
+    stray = tmp_path / "stray.rou.xml"
+    stray.write_text('<routes><trip id="x" depart="25201" from="nowhere" to="else"/></routes>')
+    routes = path.with_suffix(".rou.xml")
+    files = ("--net", path.with_suffix(".net.xml"), "--begin", 25200, "--steps", 60)
+    run = ("evaluate", *files, "--seeds", 1, "--jobs", 1)
+    found = dmil.json(*run, "--routes", f"{routes},{stray}")
+    assert any("cannot be driven: 1 of the files' vehicles" in note for note in found["notes"])
+    assert "cannot be driven" not in dmil(*run, "--routes", routes)
