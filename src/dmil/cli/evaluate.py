@@ -159,11 +159,11 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
         raise StoppedError("nothing is kept of a comparison") from None
     notes = _notes(settings, found, scenario)
     seed_text = f"{len(seeds)} seeds" if len(seeds) > 1 else f"seed {seeds[0]}"
-    if settings.report is not None:
-        about = (f"{scenario.horizon_s} s", seed_text, f"simulator: {settings.simulator}")
-        _write_report(settings.report, recipe, scenario, found, about, notes)
+    about = (f"{scenario.horizon_s} s", seed_text, f"simulator: {settings.simulator}")
     if json:
-        print_json(_as_json(found, scenario, notes))
+        if settings.report is not None:
+            _write_report(settings.report, recipe, scenario, found, about, notes)
+        print_json(_as_json(found, scenario, notes) | {"report": settings.report})
         return
     show(f"{scenario.name}, {scenario.horizon_s} s, {seed_text}", "")
     # As many controllers side by side as the terminal is wide.
@@ -173,6 +173,8 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
     for note in notes:
         show(note)
     if settings.report is not None:
+        # Last: if it cannot be written, the numbers of a long run are there all the same.
+        _write_report(settings.report, recipe, scenario, found, about, notes)
         say(f"Report: {settings.report}")
 
 

@@ -47,6 +47,7 @@ def test_the_reference_must_be_known_and_have_nothing_to_learn(name, dmil):
 def test_the_page_has_answer_numbers_findings_and_picture(dmil, tmp_path):
     page = tmp_path / "report.html"
     found = dmil.json(*RUN, "--reference", "random", "--report", page)
+    assert found["report"] == str(page)
     html = page.read_text(encoding="utf-8")
     assert "grid:1x1: controllers compared" in html
     for each in found["controllers"]:
@@ -65,6 +66,12 @@ def test_one_seed_shows_nothing(dmil, tmp_path):
     page = tmp_path / "report.html"
     dmil("evaluate", "--scenario", "grid:1x1", "--steps", 60, "--seeds", 1, "--report", page)
     assert "one seed shows nothing" in page.read_text(encoding="utf-8")
+
+
+def test_the_numbers_are_there_though_the_page_cannot_be_written(dmil, tmp_path):
+    text = dmil(*RUN, "--report", tmp_path, code=2)
+    assert re.search(r"^delay +\d", text, re.MULTILINE)
+    assert str(tmp_path) in dmil.err.replace("\n", "")
 
 
 def test_the_prefix_of_a_configuration_may_be_left_out(dmil):
