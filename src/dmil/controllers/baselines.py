@@ -69,7 +69,11 @@ class FixedCycleController:
 
 
 class ProgramController:
-    """Leaves every intersection to the fixed-time program that the network's file has for it."""
+    """Leaves every intersection to the program that the network's file has for it.
+
+    In SUMO an actuated program adapts to the traffic; the queue simulator shows its greens as long
+    as the file says.
+    """
 
     asks_for = PROGRAM
 

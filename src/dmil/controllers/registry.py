@@ -53,7 +53,7 @@ CONTROLLERS: dict[str, Entry] = {
     "fixed-cycle": Entry(
         FixedCycleController, FixedCycleSettings, False, "the same phases in the same order"
     ),
-    "program": Entry(ProgramController, None, False, "the network's own fixed-time signal program"),
+    "program": Entry(ProgramController, None, False, "the network's own signal program"),
     "actuated": Entry(
         ActuatedController, None, False, "SUMO's actuated control of that program; in SUMO only"
     ),

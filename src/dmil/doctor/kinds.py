@@ -133,6 +133,13 @@ SIGNAL_KINDS = {
         "A signal controls no movement of vehicles and is left out.",
         "Nothing, if it is for pedestrians or trains.",
     ),
+    "adaptive-program": Kind(
+        "note",
+        "The own program is actuated: in SUMO its greens adapt to the traffic, in the queue "
+        "simulator they last as long as the file says. The controller 'program' is then the same "
+        "as 'actuated' in SUMO, and another one in the queue simulator.",
+        "Judge in SUMO (--simulator sumo).",
+    ),
     "no-program": Kind(
         "note",
         "An intersection has no fixed-time program, so there is no fixed plan to compare with.",

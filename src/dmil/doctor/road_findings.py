@@ -75,6 +75,8 @@ def _on_program(case: Case, item: Intersection) -> Iterator[Finding]:
     if item.program is None:
         yield finding("no-program", place, "it has no fixed-time program")
         return
+    if item.program.adaptive:
+        yield finding("adaptive-program", place, "its program is actuated")
     if item.program.cycle_s > LONGEST_CYCLE_S:
         yield finding("long-cycle", place, f"its cycle takes {item.program.cycle_s:g} s")
     if item.clearance_s >= timing.decision_interval_s:

@@ -109,10 +109,14 @@ class Program:
         In order, clearance included; they repeat for ever.
     offset_s
         A time at which the cycle begins: at time t it stands at (t − offset_s) modulo its length.
+    adaptive
+        Whether SUMO makes the greens longer or shorter with the traffic (an actuated program); the
+        queue simulator shows them as long as the file says.
     """
 
     stages: tuple[Stage, ...]
     offset_s: float = 0.0
+    adaptive: bool = False
 
     @property
     def cycle_s(self) -> float:

@@ -23,7 +23,6 @@ from dmil.simulation.protocol import Simulator
 from dmil.simulation.sumo import SumoSimulator
 from dmil.simulation.sumo.approaches import Ways, build_ways
 from dmil.simulation.sumo.survey import Survey, SurveyFiles
-from dmil.simulation.timing import PROGRAM
 from dmil.training.evaluation import vehicles_of_seed
 
 FloatArray = npt.NDArray[np.float64]
@@ -32,7 +31,7 @@ BoolArray = npt.NDArray[np.bool_]
 
 SEED = 7_000_000
 """Seed of the run that is measured: far from those of tests."""
-OWN_PROGRAM, WITHOUT_PROGRAM = "program", "max-pressure"
+OWN_PROGRAM, LIKE_THE_PROGRAM, WITHOUT_PROGRAM = "program", "fixed-cycle", "max-pressure"
 HELD_UP_S = 5.0
 """A vehicle that comes to a stop line later than this after free flow stood in a queue."""
 SATURATED_FROM = 4
@@ -60,8 +59,9 @@ ENTRY_LATE_S = 10.0
 def calibrate(scenario: Scenario, seed: int = SEED) -> Calibration:
     """Measure in one run of SUMO what the queue simulator should use (ours).
 
-    The network's own program drives the signals, max-pressure where there is none: under a program
-    greens are long and queues stand long enough to discharge at saturation flow.
+    The network's own program drives the signals: its greens are long, and queues stand long enough
+    to discharge at saturation flow. Where programs adapt to the traffic, a fixed cycle of the same
+    greens does, and where there is none, max-pressure.
 
     Parameters
     ----------
@@ -109,18 +109,18 @@ def calibrate(scenario: Scenario, seed: int = SEED) -> Calibration:
 def _drive(simulator: Simulator, scenario: Scenario, vehicles: Vehicles, seed: int) -> str:
     """Run to the horizon; return who drove."""
     network = scenario.network
+    programs = [item.program for item in network.intersections]
+    if all(program and not program.adaptive for program in programs):
+        name = OWN_PROGRAM
+    else:
+        name = LIKE_THE_PROGRAM if any(programs) else WITHOUT_PROGRAM
     observation = simulator.reset(vehicles, seed)
-    if all(item.program for item in network.intersections):
-        phases = np.full(len(network.intersections), PROGRAM, np.int32)
-        while observation.time_s < simulator.horizon_s:
-            observation = simulator.advance(phases)
-        return OWN_PROGRAM
-    controller = make_controller(WITHOUT_PROGRAM)
+    controller = make_controller(name)
     interval_s = simulator.decision_interval_s
     controller.begin(Situation(network, interval_s, stream(seed, "exploration")))
     while observation.time_s < simulator.horizon_s:
         observation = simulator.advance(controller.decide(observation, None))
-    return WITHOUT_PROGRAM
+    return name
 
 
 @dataclass(frozen=True)

@@ -75,6 +75,13 @@ def test_findings_about_programs(doctor, with_states, stages, kind, severity, wh
     assert found.mend.endswith(".")
 
 
+def test_an_actuated_program_is_named(doctor, with_states):
+    actuated = 'type="actuated" programID="0" offset="0"'
+    (found,) = of_kind(doctor(with_states(*PROGRAM, attributes=actuated)), "adaptive-program")
+    assert (found.severity, found.place) == ("note", "intersection A0")
+    assert "adaptive-program" not in kinds(doctor(with_states(*PROGRAM)))
+
+
 def test_the_longest_cycle_is_no_finding_yet(doctor, with_states):
     stages = ((LONGEST_CYCLE_S - 36, NS), *PROGRAM[1:])
     assert "long-cycle" not in kinds(doctor(with_states(*stages)))

@@ -10,7 +10,7 @@ from dmil.network.sumo.cliques import conflict_free_phases
 from dmil.network.sumo.net_records import Logic
 from dmil.network.sumo.ways import Pairs, Ways
 
-NEMA = "NEMA"
+NEMA, STATIC = "NEMA", "static"
 """Type of programs whose stages run in parallel rings: no plan of one stage after the other."""
 
 Links = tuple[tuple[int, ...], ...]
@@ -135,7 +135,7 @@ def plan_of(logic: Logic, ways: Ways, links: Links, conflicts: Pairs, *, derive:
         phases,
         strings,
         unsignalled,
-        Program(stages, logic.offset_s) if usable else None,
+        Program(stages, logic.offset_s, logic.kind != STATIC) if usable else None,
         _clearance_s(logic, links) if len(phases) > 1 else 0.0,
         added,
         derived,
