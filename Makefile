@@ -4,9 +4,10 @@
 PYTHON ?= python3
 BIN := .venv/bin
 STUDY ?= study
+ROADS ?= resco
 
 .DEFAULT_GOAL := help
-.PHONY: help study test check lint bench clean
+.PHONY: help study resco test check lint bench clean
 
 help: ## Show the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-7s %s\n", $$1, $$2}' Makefile
@@ -14,6 +15,9 @@ help: ## Show the targets
 study: .venv/run.stamp ## Run the paper's study and write its report
 	@$(BIN)/dmil study paper --out $(STUDY)
 	@echo "The report: $(STUDY)/report.html"
+
+resco: .venv/dev.stamp ## Run the study on the RESCO benchmark in SUMO (half an hour on two cores)
+	@$(BIN)/dmil study resco --out $(ROADS)
 
 test: .venv/dev.stamp ## Run the tests; at least 90 % of the lines must be covered
 	@$(BIN)/coverage erase
