@@ -137,11 +137,7 @@ class SumoSimulator:
         )
         if self._further_options is not None:
             chosen += self._further_options(self._files)
-        process.ask(
-            "start",
-            chosen,
-            {"--tripinfo-output": str(output)},
-        )
+        process.ask("start", [*chosen, "--tripinfo-output", str(output)])
         self._heads = SignalHeads(self._signals, self._files.signals, self._scenario.timing)
         self._accounts = Accounts(output, vehicles, self._ways, self._files.begin_s)
         self._seen = np.frombuffer(b"").reshape(5, 0)

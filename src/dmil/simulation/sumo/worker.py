@@ -35,20 +35,8 @@ class Worker:
             ctypes.CDLL(libsumo._libsumo.__file__), "_ZN12OutputDevice8flushAllEv", None
         )
 
-    def start(self, options: list[str], outputs: dict[str, str]) -> None:
-        """Begin a run.
-
-        Parameters
-        ----------
-        options
-            Of the program ``sumo``.
-        outputs
-            Options of output files that are to be complete whenever they are asked for. A version
-            of SUMO that cannot be told to write them out gets its standard output for them, which
-            it never holds back; that is slower.
-        """
-        for option, file in outputs.items():
-            options = [*options, option, file if self._flush_outputs else "stdout"]
+    def start(self, options: list[str]) -> None:
+        """Begin a run with options of the program ``sumo``."""
         libsumo.start(["sumo", *options])
         self._meso = "--mesosim" in options
         lanes = libsumo.lane
@@ -110,7 +98,9 @@ class Worker:
     def account(self) -> bytes:
         """Write all output files out; return five numbers per vehicle in the network as float64.
 
-        These are its number, departure delay, time loss and time halting in s, and stops.
+        These are its number, departure delay, time loss and time halting in s, and stops. A version
+        of SUMO that cannot be told to write keeps arrivals back for a while; after the run all are
+        there.
         """
         if self._flush_outputs:
             self._flush_outputs()
