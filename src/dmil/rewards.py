@@ -90,6 +90,28 @@ REWARDS: dict[str, Reward] = {
 """The named rewards."""
 
 
+def checked_reward(
+    reward: Reward, before: Observation, after: Observation, network: RoadNetwork
+) -> FloatArray:
+    """Return the reward of an interval as (intersections,) float64 (ours).
+
+    Raises
+    ------
+    InputError
+        If it is not one finite number per intersection.
+    """
+    found = np.asarray(reward(before, after, network), np.float64)
+    count = len(network.intersections)
+    if found.shape != (count,) or not np.isfinite(found).all():
+        raise InputError(
+            f"the reward at {after.time_s} s has shape {found.shape} and values "
+            f"{found.ravel()[:3]}…",
+            where="reward",
+            expected=f"one finite number for each of the {count} intersections",
+        )
+    return found
+
+
 def make_reward(name: str) -> Reward:
     """Return a reward by its name or by the import path ``package.module:function`` (ours).
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from dmil.errors import InputError, unknown_name
 from dmil.interop.layout import FloatArray, VectorLayout
 from dmil.interop.picture import Picture
-from dmil.rewards import Reward, make_reward
+from dmil.rewards import Reward, checked_reward, make_reward
 from dmil.scenarios import Scenario, scenario
 from dmil.scenarios.registry import with_load
 from dmil.seeding import simulator_seed
@@ -130,13 +130,7 @@ class Episodes:
         before = self.observation
         phases = self._checked(actions)
         after = self.simulator.advance(phases)
-        rewards = np.asarray(self.reward(before, after, self.scenario.network), np.float64)
-        if rewards.shape != phases.shape or not np.isfinite(rewards).all():
-            raise InputError(
-                f"it has shape {rewards.shape} and values {rewards.ravel()[:3]}…",
-                where=f"reward at {after.time_s} s",
-                expected=f"one finite number for each of the {phases.size} intersections",
-            )
+        rewards = checked_reward(self.reward, before, after, self.scenario.network)
         self._overruled += after.phase != phases
         seconds = after.time_s - before.time_s
         self._waited_veh_s += seconds * after.queue_veh.sum(axis=1)

@@ -8,8 +8,7 @@ import numpy as np
 
 from dmil.controllers import NO_MEMORY, Controller, MemoryController, MemoryUse, Situation
 from dmil.demand import Vehicles
-from dmil.errors import InputError
-from dmil.rewards import Reward
+from dmil.rewards import Reward, checked_reward
 from dmil.simulation import Measures, Simulator
 
 
@@ -69,7 +68,7 @@ def run(
     InputError
         If the reward is not one finite number per intersection.
     """
-    network, intersections = simulator.network, len(simulator.network.intersections)
+    network = simulator.network
     controller.begin(Situation(network, simulator.decision_interval_s, rng))
     observation = simulator.reset(vehicles, seed)
     last_reward = None
@@ -82,14 +81,7 @@ def run(
         following = simulator.advance(phases)
         if following.time_s >= simulator.horizon_s:
             break
-        last_reward = np.asarray(reward(observation, following, network), np.float64)
-        if last_reward.shape != (intersections,) or not np.isfinite(last_reward).all():
-            raise InputError(
-                f"the reward at {following.time_s} s has shape {last_reward.shape}"
-                f" and values {last_reward.ravel()[:3]}…",
-                where="reward",
-                expected=f"one finite number for each of the {intersections} intersections",
-            )
+        last_reward = checked_reward(reward, observation, following, network)
         observation = following
     at_the_end = memory[-1] if memory else _memory_use(controller)
     return Run(simulator.measures(), (*times_s, following.time_s), (*memory, at_the_end))
