@@ -103,6 +103,7 @@ def queue_courses(results: Results, runs: Judged, scenario: str) -> pl.DataFrame
         f"""
         select {keys}, seed, time_s // {BIN_S} as minute, avg(queue_veh) as queue_veh from series
         where scenario = '{name}' and simulator = '{runs.judge}' group by all
+        order by seed, minute
         """
     )
     frames = []

@@ -63,8 +63,8 @@ def test_training_is_ten_times_as_long_in_the_matched_preset_only():
 
 def test_a_run_needs_two_decisions():
     with pytest.raises(InputError, match="two decision intervals"):
-        check_horizon(PaperStudySettings(horizon_s=20), 15)
-    check_horizon(PaperStudySettings(horizon_s=30), 15)
+        check_horizon(20, 15)
+    check_horizon(30, 15)
 
 
 @pytest.mark.parametrize("field", ["embedding", "communication", "epsilon_decay", "learning"])
