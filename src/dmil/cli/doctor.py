@@ -18,7 +18,7 @@ from dmil.doctor import Diagnosis, Finding, IntersectionFacts, examine, read_cas
 from dmil.errors import InputError
 from dmil.network.sumo.reader import Phases
 from dmil.scenarios.model import LONGEST_RUN_S
-from dmil.scenarios.sumo import Routing
+from dmil.scenarios.sumo_files import Routing
 
 SCENARIO = "Scenario"
 ELLIPSIS = "…"

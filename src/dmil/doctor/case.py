@@ -38,8 +38,8 @@ from dmil.scenarios.sumo import (
     CLEARANCE_S,
     DECISION_INTERVAL_S,
     SATURATION_FLOW_VEH_PER_S,
-    Routing,
 )
+from dmil.scenarios.sumo_files import Routing
 
 NO_DEMAND_HORIZON_S = 3600
 

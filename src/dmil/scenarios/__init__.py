@@ -5,10 +5,10 @@ from dmil.scenarios.model import QueueDynamics, Scenario, SignalTiming
 from dmil.scenarios.registry import scenario, scenario_names
 from dmil.scenarios.sumo import (
     SumoConfiguration,
-    SumoFiles,
     read_sumo_configuration,
     sumo_scenario,
 )
+from dmil.scenarios.sumo_files import SumoFiles
 
 __all__ = [
     "QueueDynamics",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -11,9 +11,7 @@ from dmil.demand import Demand
 from dmil.errors import InputError
 from dmil.network import RoadNetwork
 from dmil.network.json_file import first_problem
-
-if TYPE_CHECKING:
-    from dmil.scenarios.sumo import SumoFiles
+from dmil.scenarios.sumo_files import SumoFiles
 
 LONGEST_RUN_S = 10**8
 """Longest run, three years: steps are counted in 32 bits."""

@@ -20,7 +20,8 @@ from dmil.scenarios.model import (
     SignalTiming,
 )
 from dmil.scenarios.registry import scenario, with_load
-from dmil.scenarios.sumo import Routing, SumoConfiguration, sumo_scenario
+from dmil.scenarios.sumo import SumoConfiguration, sumo_scenario
+from dmil.scenarios.sumo_files import Routing
 
 
 def _changed(kind: type[BaseModel], name: str) -> Any:

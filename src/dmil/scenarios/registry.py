@@ -13,7 +13,8 @@ from dmil.network.sumo.reader import Phases
 from dmil.scenarios.cityflow import cityflow_scenario, find_cityflow_files
 from dmil.scenarios.model import QueueDynamics, Scenario, SignalTiming
 from dmil.scenarios.resco import PREFIX, RESCO, find_resco_configuration
-from dmil.scenarios.sumo import Routing, sumo_scenario
+from dmil.scenarios.sumo import sumo_scenario
+from dmil.scenarios.sumo_files import Routing
 
 GRID_HORIZON_S = 300
 

@@ -6,19 +6,17 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
 from urllib.parse import unquote
 
 from dmil.demand.sumo import read_sumo_routes
 from dmil.demand.sumo.entry import seconds_of
 from dmil.demand.sumo.routing import routed_by_sumo, sumo_is_installed, with_remark
 from dmil.errors import InputError
-from dmil.network.sumo import SumoSignals, read_sumo_network
+from dmil.network.sumo import read_sumo_network
 from dmil.network.sumo.reader import Phases
 from dmil.network.xml_file import XmlPlace, XmlWalk
 from dmil.scenarios.model import QueueDynamics, Scenario, SignalTiming
-
-Routing = Literal["sumo", "free-flow"]
+from dmil.scenarios.sumo_files import Routing, SumoFiles
 
 DECISION_INTERVAL_S = 10
 CLEARANCE_S = 3
@@ -39,34 +37,6 @@ _OPTIONS = {
 _NAMES = {short: name for name, shorts in _OPTIONS.items() for short in (name, *shorts)}
 _WITHOUT_EFFECT = {"output", "report", "gui_only", "traci_server", "random_number"}
 """Sections whose options do not change how vehicles drive, or only by chance."""
-
-
-@dataclass(frozen=True)
-class SumoFiles:
-    """What SUMO needs of a scenario beside its network and vehicles (ours).
-
-    Parameters
-    ----------
-    net_file
-        The network.
-    signals
-        How SUMO shows the phases, one per intersection.
-    kinds
-        Attributes of SUMO's vehicles; ``Vehicles.kind`` are indices into it.
-    vehicle_types_xml
-        The vehicle types as XML elements, without a root element.
-    begin_s
-        SUMO's second that is second 0 of a run.
-    routing
-        Where the ways of trips are from; None where all vehicles have a route.
-    """
-
-    net_file: Path
-    signals: tuple[SumoSignals, ...]
-    kinds: tuple[dict[str, str], ...] = ({},)
-    vehicle_types_xml: str = ""
-    begin_s: int = 0
-    routing: Routing | None = None
 
 
 @dataclass(frozen=True)

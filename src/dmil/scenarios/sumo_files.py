@@ -1,0 +1,40 @@
+"""What SUMO is told about a scenario that comes from its files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from dmil.network.sumo import SumoSignals
+
+Routing = Literal["sumo", "free-flow"]
+"""Where the ways of trips are from: SUMO's choice in the traffic, or the shortest at free flow."""
+
+
+@dataclass(frozen=True)
+class SumoFiles:
+    """What SUMO needs of a scenario beside its network and vehicles (ours).
+
+    Parameters
+    ----------
+    net_file
+        The network.
+    signals
+        How SUMO shows the phases, one per intersection.
+    kinds
+        Attributes of SUMO's vehicles; ``Vehicles.kind`` are indices into it.
+    vehicle_types_xml
+        The vehicle types as XML elements, without a root element.
+    begin_s
+        SUMO's second that is second 0 of a run.
+    routing
+        Where the ways of trips are from; None where all vehicles have a route.
+    """
+
+    net_file: Path
+    signals: tuple[SumoSignals, ...]
+    kinds: tuple[dict[str, str], ...] = ({},)
+    vehicle_types_xml: str = ""
+    begin_s: int = 0
+    routing: Routing | None = None
