@@ -36,7 +36,9 @@ class RescoStudySettings(BaseModel):
         "queue", description="Simulator that learners train in; they are judged in SUMO either way."
     )
     judge: Literal["sumo", "sumo-meso"] = Field(
-        "sumo", description="SUMO's model that controllers are judged in."
+        "sumo",
+        description="SUMO's model that controllers are judged in. The calibration always measures "
+        "the microscopic one, and does not fit the mesoscopic.",
     )
     calibrate: bool = Field(
         True,
