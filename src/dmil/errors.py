@@ -91,6 +91,32 @@ class MissingExtraError(DmilError):
         return type(self), (self.extra,)
 
 
+class DivergedError(DmilError):
+    """What a controller learned is no longer a number.
+
+    Parameters
+    ----------
+    controller
+        Name of the controller.
+    what
+        Which of its numbers, with their verb, such as "values of the phases are".
+    at_time_s
+        Time since the run began.
+    """
+
+    def __init__(self, controller: str, what: str, at_time_s: int) -> None:
+        self.controller = controller
+        self.what = what
+        self.at_time_s = at_time_s
+        super().__init__(
+            f"controller '{controller}' diverged at {at_time_s} s: {what} not finite. "
+            "Smaller rewards or a smaller learning rate may mend it."
+        )
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (self.controller, self.what, self.at_time_s)
+
+
 def _rebuild(
     kind: type[InputError],
     problem: str,

@@ -3,7 +3,7 @@ import pickle
 import pytest
 
 from dmil import errors
-from dmil.errors import DmilError, InputError, MissingExtraError, unknown_name
+from dmil.errors import DivergedError, DmilError, InputError, MissingExtraError, unknown_name
 
 
 def test_a_message_says_place_finding_expectation_and_cure():
@@ -65,3 +65,13 @@ def test_an_unknown_name_near_nothing_suggests_nothing():
     error = unknown_name("controller", "zzz", ["random", "max-pressure"])
     assert error.mend is None
     assert "did you mean" not in str(error).lower()
+
+
+def test_divergence_says_who_what_and_when_and_survives_the_way_between_processes():
+    error = pickle.loads(pickle.dumps(DivergedError("dqn", "values of the phases are", 120)))
+    assert (error.controller, error.what, error.at_time_s) == (
+        "dqn",
+        "values of the phases are",
+        120,
+    )
+    assert "'dqn' diverged at 120 s: values of the phases are not finite" in str(error)

@@ -1,0 +1,134 @@
+"""What the deep controllers share of torch: a network with flat weights, Adam, one thread."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import torch
+
+from dmil.errors import PolicyError
+
+Floats = npt.NDArray[np.float32]
+ADAM_BETAS = (0.9, 0.999)
+ADAM_EPSILON = 1e-8
+
+
+class Mlp:
+    """A network of fully connected layers with ReLU in between, all its weights in one array.
+
+    One flat array makes copying, saving and a step of the optimiser one operation each; for
+    networks as small as these, operations cost more than numbers.
+
+    Parameters
+    ----------
+    sizes
+        Neurons of each layer, inputs and outputs included, such as ``(12, 64, 64, 8)``.
+    rng
+        Draws the first weights: uniform within ±1/√inputs for weights and biases, as torch does.
+    """
+
+    def __init__(self, sizes: tuple[int, ...], rng: np.random.Generator) -> None:
+        self._shapes = list(zip(sizes[1:], sizes[:-1], strict=True))
+        self._parts = [n for to, of in self._shapes for n in (to * of, to)]
+        drawn = [rng.uniform(-1, 1, to * (of + 1)) / np.sqrt(max(of, 1)) for to, of in self._shapes]
+        flat = np.concatenate(drawn).astype(np.float32)
+        self.weights = torch.from_numpy(flat).requires_grad_()
+
+    def __call__(self, inputs: Any, weights: Any = None) -> Any:
+        """Return the outputs of a batch.
+
+        Parameters
+        ----------
+        inputs: (batch, inputs) float32 tensor
+        weights: (weights,) float32 tensor, optional
+            Other weights than its own, such as those of a target network.
+
+        Returns
+        -------
+        outputs: (batch, outputs) float32 tensor
+        """
+        parts = torch.split(self.weights if weights is None else weights, self._parts)
+        last = len(self._shapes) - 1
+        for layer, shape in enumerate(self._shapes):
+            matrix, bias = parts[2 * layer].view(shape), parts[2 * layer + 1]
+            inputs = torch.addmm(bias, inputs, matrix.t())
+            if layer < last:
+                inputs = torch.relu(inputs)
+        return inputs
+
+
+class Adam:
+    """Adam (Kingma & Ba 2015, Algorithm 1) on one flat array of weights.
+
+    Parameters
+    ----------
+    weights: (weights,) float32 tensor
+        Changed in place.
+    learning_rate
+        α.
+    """
+
+    def __init__(self, weights: Any, learning_rate: float) -> None:
+        self.weights = weights
+        self.learning_rate = learning_rate
+        self.mean = torch.zeros_like(weights, requires_grad=False)
+        self.square = torch.zeros_like(weights, requires_grad=False)
+        self.steps = 0
+
+    def minimise(self, loss: Any) -> None:
+        """Take one step down a loss, a scalar tensor that came from the weights."""
+        (gradient,) = torch.autograd.grad(loss, self.weights)
+        self.steps += 1
+        one, two = ADAM_BETAS
+        with torch.no_grad():
+            self.mean.lerp_(gradient, 1 - one)
+            self.square.mul_(two).addcmul_(gradient, gradient, value=1 - two)
+            scale = (1 - two**self.steps) ** 0.5
+            divisor = self.square.sqrt().add_(ADAM_EPSILON * scale)
+            rate = self.learning_rate * scale / (1 - one**self.steps)
+            self.weights.addcdiv_(self.mean, divisor, value=-rate)
+
+
+def to_array(tensor: Any) -> Floats:
+    """Return a copy of a tensor as an array (ours)."""
+    array: Floats = tensor.detach().numpy().copy()
+    return array
+
+
+def overwrite(tensor: Any, array: npt.NDArray[Any] | None, name: str) -> None:
+    """Replace the numbers of a tensor by saved ones (ours).
+
+    Raises
+    ------
+    PolicyError
+        If they are missing, not as many, of another type or not finite.
+    """
+    fits = array is not None and array.shape == tuple(tensor.shape) and array.dtype == np.float32
+    if not fits or not np.isfinite(array).all():  # type: ignore[arg-type]
+        raise PolicyError(
+            f"array '{name}' is missing or not what it should be",
+            where="saved memory",
+            expected=f"{tuple(tensor.shape)} finite numbers, float32",
+            mend="train it again with this version of dmil and the same options",
+        )
+    with torch.no_grad():
+        tensor.copy_(torch.from_numpy(np.ascontiguousarray(array)))
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Let torch use one thread inside, and as many as before afterwards (ours).
+
+    With more threads the sums of a matrix product are split differently, so the last bits would
+    depend on the machine's cores; and for networks as small as these a second thread only costs.
+    """
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)

@@ -1,0 +1,94 @@
+"""Settings of the deep controllers; this module does not load torch."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class DeepSettings(BaseModel):
+    """What all deep controllers share."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    approaching: bool = Field(
+        default=False, description="Whether the vehicles that approach are inputs, too."
+    )
+    phase: bool = Field(
+        default=False, description="Whether the phase shown is an input, one per phase."
+    )
+    hidden: int = Field(default=64, ge=1, description="Neurons in each of the two hidden layers.")
+    learning_rate: float = Field(
+        default=1e-3, gt=0, allow_inf_nan=False, description="Step of Adam."
+    )
+    discount: float = Field(default=0.95, ge=0, lt=1, description="γ.")
+    reward_scale: float = Field(
+        default=0.1,
+        gt=0,
+        allow_inf_nan=False,
+        description="Factor on rewards before they are learned from: the Huber loss bounds a step, "
+        "so values in the hundreds would take very long to reach.",
+    )
+    batch_size: int = Field(default=32, ge=1, description="Transitions per update.")
+    buffer_capacity: int = Field(
+        default=50_000, ge=1, description="Transitions kept; the oldest one leaves first."
+    )
+    train_every: int = Field(
+        default=1, ge=1, description="Decisions, each of all intersections, per update."
+    )
+    training_decisions: int = Field(
+        default=3600,
+        ge=1,
+        description="Decisions that training is planned to take, which the schedules are parts of: "
+        "by default 10 episodes of an hour, decisions every 10 s.",
+    )
+    epsilon_first: float = Field(
+        default=1.0, ge=0, le=1, description="ε at the first decision of the training."
+    )
+    epsilon_last: float = Field(default=0.05, ge=0, le=1, description="ε in the end.")
+    exploration_part: float = Field(
+        default=0.2, gt=0, le=1, description="Part of the training in which ε falls, linearly."
+    )
+    learning: bool = Field(
+        default=True,
+        description="Whether it explores and learns; off for a frozen evaluation, greedy.",
+    )
+
+
+class DqnSettings(DeepSettings):
+    """Deep Q-network."""
+
+    target_period: int = Field(
+        default=500, ge=1, description="Updates after which the target network is renewed."
+    )
+
+
+class PrioritisedSettings(DqnSettings):
+    """Deep Q-network with prioritised replay."""
+
+    priority_exponent: float = Field(
+        default=0.6, ge=0, le=1, description="α: 0 samples uniformly, 1 in proportion to |δ|."
+    )
+    priority_floor: float = Field(
+        default=1e-6, gt=0, description="Added to |δ|, so that nothing is never sampled again."
+    )
+    weight_first: float = Field(
+        default=0.4, ge=0, le=1, description="β at first: how far weights undo the preference."
+    )
+    weight_last: float = Field(default=1.0, ge=0, le=1, description="β at the training's end.")
+
+
+class HindsightSettings(DqnSettings):
+    """Deep Q-network with goals and hindsight replay."""
+
+    goal_veh: int = Field(
+        default=5, ge=0, description="g: the worst queue that it tries not to exceed."
+    )
+    relabelled: int = Field(
+        default=4,
+        ge=0,
+        description="k: transitions with a goal reached later in the run, for each with its own.",
+    )
+
+
+class VdnSettings(DqnSettings):
+    """Value decomposition network."""
