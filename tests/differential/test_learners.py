@@ -15,6 +15,7 @@ from dmil.controllers.agents import agents_of
 from dmil.controllers.dual_memory import DualMemoryController
 from dmil.controllers.sarsa import SarsaController
 from dmil.controllers.settings import DualMemorySettings, SarsaSettings
+from dmil.scenarios import SignalTiming
 from dmil.seeding import stream
 from dmil.simulation import Observation
 from dmil.symmetry import EMBEDDINGS
@@ -247,12 +248,14 @@ def sizes_of(nodes):
 
 def observed(queue, time_s):
     empty = np.zeros(len(queue), np.int32)
-    return Observation(queue.copy(), np.zeros_like(queue), empty, empty, time_s)
+    return Observation(
+        queue.copy(), np.zeros_like(queue), empty, empty, time_s, np.zeros(queue.shape)
+    )
 
 
 def same_decisions(controller, twin, network, walk, decisions):
     rng, plain_rng = stream(5, "exploration"), stream(5, "exploration")
-    controller.begin(Situation(network, INTERVAL_S, rng))
+    controller.begin(Situation(network, SignalTiming(decision_interval_s=INTERVAL_S), rng))
     queue, step = walk(network, 5)
     reward = None
     for k in range(decisions):

@@ -13,6 +13,7 @@ from dmil.controllers.sarsa import SarsaController
 from dmil.controllers.settings import DualMemorySettings, SarsaSettings
 from dmil.memory import ABSENT, append, look_up, make_rows, make_scratch
 from dmil.network import grid
+from dmil.scenarios import SignalTiming
 from dmil.seeding import stream
 from dmil.simulation import Observation
 from dmil.symmetry import EMBEDDINGS, Embedding, embed
@@ -31,7 +32,7 @@ def steps(states, order):
     for k, (first, second, reward) in enumerate(order):
         queue = states[[first % len(states), second % len(states)]]
         empty = np.zeros(2, np.int32)
-        seen = Observation(queue, np.zeros_like(queue), empty, empty, 10 * k)
+        seen = Observation(queue, np.zeros_like(queue), empty, empty, 10 * k, np.zeros(queue.shape))
         yield seen, None if k == 0 else np.array([reward, -reward])
 
 
@@ -66,7 +67,7 @@ def test_bounds_of_the_dual_memory(
             epsilon=0.5,
         )
     )
-    controller.begin(Situation(NETWORK, 10, stream(1)))
+    controller.begin(Situation(NETWORK, SignalTiming(), stream(1)))
     short, long = np.zeros(2, int), np.zeros(2, int)
     for observation, reward in steps(states, order):
         controller.decide(observation, reward)
@@ -106,7 +107,7 @@ def test_bounds_of_the_dual_memory(
 @given(embedding=EMBEDDING, shared=st.booleans(), states=QUEUES, order=ORDER)
 def test_bounds_of_the_q_table(embedding, shared, states, order):
     controller = SarsaController(SarsaSettings(embedding=embedding, shared=shared, epsilon=0.5))
-    controller.begin(Situation(NETWORK, 10, stream(1)))
+    controller.begin(Situation(NETWORK, SignalTiming(), stream(1)))
     learned = 0
     for observation, reward in steps(states, order):
         before = controller.table.rows.size.copy()
@@ -177,13 +178,13 @@ def test_what_was_saved_goes_on_as_what_was_not(kind, embedding, states, order, 
         chosen = DualMemorySettings(**options, short_capacity=4)
         pair = [DualMemoryController(chosen) for _ in range(2)]
     original, copy = pair
-    original.begin(Situation(NETWORK, 10, stream(1)))
+    original.begin(Situation(NETWORK, SignalTiming(), stream(1)))
     for observation, reward in steps(states, order):
         original.decide(observation, reward)
-    copy.begin(Situation(NETWORK, 10, stream(1)))
+    copy.begin(Situation(NETWORK, SignalTiming(), stream(1)))
     copy.restore(original.arrays())
     for controller in pair:
-        controller.begin(Situation(NETWORK, 10, stream(2)))
+        controller.begin(Situation(NETWORK, SignalTiming(), stream(2)))
     for observation, reward in steps(states, more):
         expected = original.decide(observation, reward).tolist()
         assert copy.decide(observation, reward).tolist() == expected

@@ -24,7 +24,9 @@ EMPTY = (0,) * 12
 def seen(queue_veh):
     queue_veh = np.atleast_2d(np.array(queue_veh, np.int32))
     nothing = np.zeros(len(queue_veh), np.int32)
-    return Observation(queue_veh, np.zeros_like(queue_veh), nothing, nothing, 0)
+    return Observation(
+        queue_veh, np.zeros_like(queue_veh), nothing, nothing, 0, np.zeros(queue_veh.shape)
+    )
 
 
 def of_one(reward, before, after):

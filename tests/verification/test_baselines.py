@@ -42,7 +42,7 @@ def test_waiting_is_that_of_the_reference(kind, name, reference):
     for seed in range(SEEDS):
         observation = simulator.reset(vehicles_of(made, seed))
         controller = kind()
-        controller.begin(Situation(made.network, 10, stream(seed, "controller")))
+        controller.begin(Situation(made.network, made.timing, stream(seed, "controller")))
         while observation.time_s < simulator.horizon_s:
             observation = simulator.advance(controller.decide(observation, None))
         found.append(simulator.measures().w_over_vc)

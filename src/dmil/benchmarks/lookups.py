@@ -88,7 +88,9 @@ def visited_states(episodes: int) -> IntArray:
         controller = SarsaController(SarsaSettings(embedding="simple", epsilon_decay=0.95))
         rng = stream(episode, "benchmark", "demand")
         vehicles = SCENARIO.demand.vehicles(network, SCENARIO.horizon_s, rng)
-        controller.begin(Situation(network, 10, stream(episode, "benchmark", "exploration")))
+        controller.begin(
+            Situation(network, SCENARIO.timing, stream(episode, "benchmark", "exploration"))
+        )
         observation, reward = simulator.reset(vehicles), None
         while observation.time_s < SCENARIO.horizon_s:
             seen.append(observation.queue_veh)

@@ -109,7 +109,7 @@ def _beside(name: str, other: str, values: dict[str, list[float]], unit: str) ->
 def _fixed_plan(made: Scenario, simulator: QueueSimulator, vehicles: Vehicles) -> list[IntArray]:
     """Return the phases of a fixed cycle for every decision of a run, and make that run."""
     cycle = make_controller("fixed-cycle")
-    cycle.begin(Situation(made.network, simulator.decision_interval_s, stream(0, "bench")))
+    cycle.begin(Situation(made.network, made.timing, stream(0, "bench")))
     observation = simulator.reset(vehicles)
     plan = []
     while observation.time_s < made.horizon_s:

@@ -144,6 +144,7 @@ def train(settings: TrainParameters, json: bool) -> None:
         controller = made
 
     def keep(episode: int, run: Run) -> None:
+        rows.append(_row(episode + 1, run))
         save_policy(
             policy_of(
                 controller,
@@ -155,7 +156,6 @@ def train(settings: TrainParameters, json: bool) -> None:
             ),
             out,
         )
-        rows.append(_row(episode + 1, run))
         _tell_row(rows[-1], say if json else show, first=len(rows) == 1)
 
     try:
@@ -169,7 +169,7 @@ def train(settings: TrainParameters, json: bool) -> None:
             simulator=simulator,
         )
     except KeyboardInterrupt:
-        raise StoppedError(_how_to_go_on(settings, out, done + len(rows))) from None
+        raise StoppedError(_how_to_go_on(settings, out, _kept(out) if rows else done)) from None
     if json:
         print_json({"policy": out, "scenario": scenario.name, "episodes": rows})
     elif not rows:
@@ -259,6 +259,11 @@ def _tell_row(row: dict[str, Any], tell: Callable[[str], None], *, first: bool) 
         tell("  ".join(title for _, title, _ in COLUMNS))
     cells = (f"{number(row[name], digits):>{len(title)}}" for name, title, digits in COLUMNS)
     tell("  ".join(cells))
+
+
+def _kept(out: Path) -> int:
+    """Ask the file: Ctrl-C may come before or after an episode's policy has reached it."""
+    return int(load_policy(out).training["episodes"]) if out.exists() else 0
 
 
 def _how_to_go_on(settings: TrainParameters, out: Path, done: int) -> str:

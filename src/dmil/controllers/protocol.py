@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
+from dmil.demand import Vehicles
 from dmil.network import RoadNetwork
+from dmil.scenarios import QueueDynamics, SignalTiming
 from dmil.simulation import Observation
 
 IntArray = npt.NDArray[np.int32]
@@ -25,15 +27,27 @@ class Situation:
     ----------
     network: RoadNetwork
         The roads and signals it controls.
-    decision_interval_s: int
-        Time between two decisions.
+    timing: SignalTiming
+        When it decides, and what a change of phase costs.
     rng: numpy.random.Generator
         The only source of chance it may use.
+    vehicles: Vehicles or None
+        All journeys of the run, for those who are meant to know the future: a plan made from
+        counts, the limit of what is possible. Who competes does not look.
+    dynamics: QueueDynamics
+        How queues discharge, as an engineer would have measured it.
     """
 
     network: RoadNetwork
-    decision_interval_s: int
+    timing: SignalTiming
     rng: np.random.Generator
+    vehicles: Vehicles | None = None
+    dynamics: QueueDynamics = field(default_factory=QueueDynamics)
+
+    @property
+    def decision_interval_s(self) -> int:
+        """Time between two decisions."""
+        return self.timing.decision_interval_s
 
 
 @runtime_checkable

@@ -108,8 +108,8 @@ class Episodes:
     def begin(self, seed: int) -> None:
         """Begin the episode of a seed: the vehicles and the simulator of an evaluation of it."""
         self.seed = seed
-        vehicles = vehicles_of_seed(self.scenario, seed)
-        self._observation = self.simulator.reset(vehicles, simulator_seed(seed))
+        self.vehicles = vehicles_of_seed(self.scenario, seed)
+        self._observation = self.simulator.reset(self.vehicles, simulator_seed(seed))
         self.rewards = None
         self._overruled = np.zeros(len(self.ids), np.int64)
         self._waited_veh_s = np.zeros(len(self.ids), np.int64)

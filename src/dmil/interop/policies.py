@@ -115,8 +115,11 @@ class ControllerPolicy:
         episodes = self._episodes
         seen = episodes.observation
         if episodes.rewards is None:
-            network, timing = episodes.scenario.network, episodes.scenario.timing
-            rng = stream(episodes.seed, "exploration")
-            self._controller.begin(Situation(network, timing.decision_interval_s, rng))
+            scenario, rng = episodes.scenario, stream(episodes.seed, "exploration")
+            self._controller.begin(
+                Situation(
+                    scenario.network, scenario.timing, rng, episodes.vehicles, scenario.dynamics
+                )
+            )
         phases = self._controller.decide(seen, episodes.rewards).tolist()
         return phases[0] if self._single else dict(zip(episodes.ids, phases, strict=True))

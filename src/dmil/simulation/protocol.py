@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from dmil.demand import Vehicles
 from dmil.network import RoadNetwork
+from dmil.scenarios import Scenario
 from dmil.simulation.measures import Measures
 
 IntArray = npt.NDArray[np.int32]
@@ -31,6 +32,9 @@ class Observation:
         Time since that phase turned green.
     time_s: int
         Time since the run began.
+    waiting_veh: (intersections, orientations) float64
+        Vehicles queued, averaged over the interval that ended now; 0 at the first decision. Where
+        a simulator looks at decisions only (SUMO), the mean of the counts at its two ends.
     """
 
     queue_veh: IntArray
@@ -38,10 +42,15 @@ class Observation:
     phase: IntArray
     phase_elapsed_s: IntArray
     time_s: int
+    waiting_veh: npt.NDArray[np.float64]
 
 
 class Simulator(Protocol):
     """Moves a scenario on, one decision interval at a time."""
+
+    @property
+    def scenario(self) -> Scenario:
+        """What is simulated."""
 
     @property
     def network(self) -> RoadNetwork:

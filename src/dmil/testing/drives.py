@@ -33,7 +33,7 @@ GROWING = (
 class SimulatorRule(StrEnum):
     """What every simulator keeps."""
 
-    VERBS = "it has reset, advance, measures, network, decision_interval_s and horizon_s"
+    VERBS = "it has reset, advance, measures, scenario, network, decision_interval_s and horizon_s"
     FRESH = "every call of make gives a new simulator"
     RUNS = "reset, advance and measures work from 0 s to the horizon"
     BEGIN = "a run begins at 0 s, with an empty network and no phase shown"
@@ -57,7 +57,7 @@ def made(make: Callable[[], object], witness: Witness) -> Simulator:
         simulator = make()
     witness.subject = type(simulator).__name__
     verbs = ("reset", "advance", "measures")
-    data = ("network", "decision_interval_s", "horizon_s")
+    data = ("scenario", "network", "decision_interval_s", "horizon_s")
     missing = [name for name in verbs if not callable(getattr(simulator, name, None))]
     missing += [name for name in data if not hasattr(simulator, name)]
     witness.expect(

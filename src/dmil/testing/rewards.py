@@ -93,7 +93,14 @@ def _intervals(ground: Scenario) -> list[tuple[str, Observation, Observation, Ro
         counts[i, : len(item.movements)] = CROWD_VEH
     nobody = np.zeros_like(counts)
     states = {
-        name: Observation(veh, veh.copy(), after.phase, after.phase_elapsed_s, after.time_s)
+        name: Observation(
+            veh,
+            veh.copy(),
+            after.phase,
+            after.phase_elapsed_s,
+            after.time_s,
+            veh.astype(np.float64),
+        )
         for name, veh in (("an empty", nobody), ("a crowded", counts))
     }
     for before in states:

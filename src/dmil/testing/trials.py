@@ -92,7 +92,9 @@ class Trial:
 
     def situation(self, rng: np.random.Generator) -> Situation:
         """Return what a controller is told before a run."""
-        return Situation(self.network, self._scenario.timing.decision_interval_s, rng)
+        return Situation(
+            self.network, self._scenario.timing, rng, self._vehicles, self._scenario.dynamics
+        )
 
     def run(
         self,

@@ -116,8 +116,8 @@ def _drive(simulator: Simulator, scenario: Scenario, vehicles: Vehicles, seed: i
         name = LIKE_THE_PROGRAM if any(programs) else WITHOUT_PROGRAM
     observation = simulator.reset(vehicles, seed)
     controller = make_controller(name)
-    interval_s = simulator.decision_interval_s
-    controller.begin(Situation(network, interval_s, stream(seed, "exploration")))
+    rng = stream(seed, "exploration")
+    controller.begin(Situation(network, scenario.timing, rng, vehicles, scenario.dynamics))
     while observation.time_s < simulator.horizon_s:
         observation = simulator.advance(controller.decide(observation, None))
     return name

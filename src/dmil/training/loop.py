@@ -69,7 +69,8 @@ def run(
         If the reward is not one finite number per intersection.
     """
     network = simulator.network
-    controller.begin(Situation(network, simulator.decision_interval_s, rng))
+    scenario = simulator.scenario
+    controller.begin(Situation(network, scenario.timing, rng, vehicles, scenario.dynamics))
     observation = simulator.reset(vehicles, seed)
     last_reward = None
     times_s, memory = [], []

@@ -15,6 +15,7 @@ from dmil.controllers.agents import agents_of
 from dmil.errors import InputError, PolicyError
 from dmil.files import write_atomically
 from dmil.network import RoadNetwork
+from dmil.scenarios import SignalTiming
 from dmil.seeding import stream
 
 FORMAT = "dmil-policy"
@@ -195,7 +196,7 @@ def controller_of(
     if not isinstance(controller, MemoryController):
         raise InputError(f"controller '{policy.controller}' has no memory to restore", where=where)
     # A run's own begin follows; this one only tells the controller what it controls.
-    controller.begin(Situation(network, 1, stream(0, "restore")))
+    controller.begin(Situation(network, SignalTiming(), stream(0, "restore")))
     controller.restore(policy.arrays)
     return controller
 

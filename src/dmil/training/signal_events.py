@@ -13,6 +13,7 @@ import numpy.typing as npt
 from dmil.demand import Vehicles
 from dmil.files import write_atomically
 from dmil.network import RoadNetwork
+from dmil.scenarios import Scenario
 from dmil.simulation import Observation, Simulator
 from dmil.simulation.measures import Measures
 
@@ -71,6 +72,11 @@ class EventRecorder:
     def __init__(self, simulator: Simulator) -> None:
         self._simulator = simulator
         self.events: list[SignalEvent] = []
+
+    @property
+    def scenario(self) -> Scenario:
+        """What is simulated."""
+        return self._simulator.scenario
 
     @property
     def network(self) -> RoadNetwork:

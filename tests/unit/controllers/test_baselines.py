@@ -16,6 +16,7 @@ from dmil.controllers.protocol import Controller, Situation
 from dmil.controllers.settings import FixedCycleSettings
 from dmil.errors import InputError
 from dmil.network import Program, Stage, grid
+from dmil.scenarios import SignalTiming
 from dmil.seeding import stream
 from dmil.simulation import Observation
 from dmil.simulation.pressure import movement_pressure
@@ -26,7 +27,9 @@ EW_F, EW_L, NS_F, NS_L, E_FL, N_FL, W_FL, S_FL = range(8)
 
 
 def begin(controller, network, *, interval_s=10, seed=0):
-    controller.begin(Situation(network, interval_s, stream(seed, "controller")))
+    controller.begin(
+        Situation(network, SignalTiming(decision_interval_s=interval_s), stream(seed, "controller"))
+    )
     return controller
 
 
@@ -39,7 +42,9 @@ def seen(network, queues=(), shown=-1, time_s=0):
             queue_veh[i, j] = count
     phase = np.broadcast_to(np.array(shown, np.int32), shape[0]).copy()
     elapsed = np.zeros(shape[0], np.int32)
-    return Observation(queue_veh, np.zeros_like(queue_veh), phase, elapsed, time_s)
+    return Observation(
+        queue_veh, np.zeros_like(queue_veh), phase, elapsed, time_s, np.zeros(queue_veh.shape)
+    )
 
 
 def choice(controller, network, queue, shown=-1):

@@ -16,7 +16,7 @@ from dmil.controllers.settings import DualMemorySettings, LearnerSettings, Sarsa
 from dmil.errors import PolicyError
 from dmil.network import RoadNetwork, grid
 from dmil.rewards import make_reward
-from dmil.scenarios import scenario
+from dmil.scenarios import SignalTiming, scenario
 from dmil.seeding import stream
 from dmil.simulation import Observation, QueueSimulator
 from dmil.training import run, vehicles_of_seed
@@ -26,13 +26,13 @@ EACH = pytest.mark.parametrize("name", LEARNERS)
 
 
 def situation(network, seed=1):
-    return Situation(network, 10, stream(seed))
+    return Situation(network, SignalTiming(), stream(seed))
 
 
 def observation(queue, time_s=0):
     queue = np.array(queue, np.int32)
     empty = np.zeros(len(queue), np.int32)
-    return Observation(queue, np.zeros_like(queue), empty, empty, time_s)
+    return Observation(queue, np.zeros_like(queue), empty, empty, time_s, np.zeros(queue.shape))
 
 
 def practise(controller, network, *, decisions=40, seed=1, begins=True):

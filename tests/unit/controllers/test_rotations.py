@@ -11,7 +11,7 @@ from dmil.controllers.settings import DualMemorySettings, SarsaSettings
 from dmil.demand import Vehicles
 from dmil.memory import pack, unpack_values
 from dmil.rewards import REWARDS
-from dmil.scenarios import scenario
+from dmil.scenarios import SignalTiming, scenario
 from dmil.seeding import stream
 from dmil.simulation import Observation, QueueSimulator
 from dmil.symmetry import EMBEDDINGS, embed, vary
@@ -30,7 +30,7 @@ def vehicles(seed):
 def run(controller, journeys, rng):
     """Return what was seen and done at every decision."""
     simulator = QueueSimulator(SCENARIO)
-    controller.begin(Situation(NETWORK, 10, rng))
+    controller.begin(Situation(NETWORK, SignalTiming(), rng))
     observation, reward, done = simulator.reset(journeys), None, []
     while observation.time_s < SCENARIO.horizon_s:
         action = controller.decide(observation, reward)
@@ -51,7 +51,7 @@ def trained(kind):
         state for seed in range(6) for state, _ in run(controller, vehicles(seed), stream(seed))
     ]
     frozen = make(settings(embedding="complex", epsilon=0.0, learning=False))
-    frozen.begin(Situation(NETWORK, 10, stream(0)))
+    frozen.begin(Situation(NETWORK, SignalTiming(), stream(0)))
     frozen.restore(controller.arrays())
     return frozen, seen
 
@@ -60,7 +60,7 @@ def shown(controller, state):
     """Return the action for a state, None if it is left to chance."""
     queue = np.array([state], np.int32)
     empty = np.zeros(1, np.int32)
-    observation = Observation(queue, np.zeros_like(queue), empty, empty, 0)
+    observation = Observation(queue, np.zeros_like(queue), empty, empty, 0, np.zeros(queue.shape))
     actions = {int(controller.decide(observation, None)[0]) for _ in range(6)}
     return actions.pop() if len(actions) == 1 else None
 

@@ -23,6 +23,7 @@ def tee_and_crossing(tee):
         phase=np.array([2, -1], np.int32),
         phase_elapsed_s=np.array([15, 0], np.int32),
         time_s=40,
+        waiting_veh=np.zeros((2, 6)),
     )
     return network, seen
 

@@ -21,6 +21,7 @@ def seen(network, queue=(), approaching=(), phase=-1):
         np.full(count, phase, np.int32),
         np.zeros(count, np.int32),
         0,
+        np.zeros(shape),
     )
     for place, vehicles in dict(queue).items():
         found.queue_veh[place] = vehicles

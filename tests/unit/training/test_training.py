@@ -8,7 +8,7 @@ import pytest
 from dmil.controllers import Situation, make_controller
 from dmil.errors import InputError, OutputError, PolicyError
 from dmil.rewards import REWARDS, make_reward
-from dmil.scenarios import scenario
+from dmil.scenarios import SignalTiming, scenario
 from dmil.seeding import stream
 from dmil.simulation import QueueSimulator
 from dmil.training import (
@@ -86,7 +86,7 @@ def test_an_agent_starts_from_the_dummy(name):
     network = SCENARIO.network
     for controller, expected in (("sarsa", rows), ("dual-memory", -(-rows // 2))):
         agent = make_controller(controller, {"embedding": "exact"}, prior=prior)
-        agent.begin(Situation(network, 10, stream(0, "x")))
+        agent.begin(Situation(network, SignalTiming(), stream(0, "x")))
         assert agent.memory_use().entries == expected
 
 

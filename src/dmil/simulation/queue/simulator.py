@@ -52,6 +52,11 @@ class QueueSimulator:
         self._state: State | None = None
 
     @property
+    def scenario(self) -> Scenario:
+        """What is simulated."""
+        return self._scenario
+
+    @property
     def network(self) -> RoadNetwork:
         """The road network that is simulated."""
         return self._scenario.network
@@ -94,7 +99,7 @@ class QueueSimulator:
                 self._free_leg_s = build_trips(free_flow, self._layout, vehicles).leg_s
             self._vehicles = vehicles
         self._state = initial_state(self._layout, self._trips, self.horizon_s)
-        return self._observe()
+        return self._observe(0)
 
     def advance(self, phases: npt.NDArray[np.integer]) -> Observation:
         """Show the given phases for one decision interval (less where the horizon is nearer).
@@ -116,15 +121,11 @@ class QueueSimulator:
                 where=self._scenario.name,
                 mend="call reset",
             )
+        steps = min(self.decision_interval_s, left_s)
         kernel.advance(
-            self._layout,
-            self._trips,
-            self.state,
-            self._checked(phases),
-            min(self.decision_interval_s, left_s),
-            self._rules,
+            self._layout, self._trips, self.state, self._checked(phases), steps, self._rules
         )
-        return self._observe()
+        return self._observe(steps)
 
     def measures(self) -> Measures:
         """Return what has been measured since the last reset."""
@@ -164,7 +165,7 @@ class QueueSimulator:
         slow_s = np.concatenate([[0.0], np.cumsum(trips.leg_s - self._free_leg_s)])
         return float((slow_s[crossed] - slow_s[first]).sum())
 
-    def _observe(self) -> Observation:
+    def _observe(self, steps: int) -> Observation:
         state = self.state
         time_s = int(state.counters[TIME])
         return Observation(
@@ -173,6 +174,7 @@ class QueueSimulator:
             phase=state.phase.copy(),
             phase_elapsed_s=np.maximum(time_s - state.green_from_s, 0),
             time_s=time_s,
+            waiting_veh=state.waiting_steps / max(steps, 1),
         )
 
     def _checked(self, phases: npt.NDArray[np.integer]) -> npt.NDArray[np.int32]:

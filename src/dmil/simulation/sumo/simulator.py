@@ -87,7 +87,13 @@ class SumoSimulator:
         self._accounts: Accounts
         self._seen: FloatArray
         self._under_way: FloatArray
+        self._queue_veh = np.zeros(self._signals.unsignalled.shape, np.int32)
         self._time_s = NO_RUN
+
+    @property
+    def scenario(self) -> Scenario:
+        """What is simulated."""
+        return self._scenario
 
     @property
     def network(self) -> RoadNetwork:
@@ -126,6 +132,7 @@ class SumoSimulator:
             write_routes(process.folder / ROUTES, vehicles, self._files)
             self._vehicles = vehicles
         process.forget_messages()
+        self._queue_veh = np.zeros_like(self._queue_veh)
         output = process.folder / OUTPUT
         output.unlink(missing_ok=True)
         chosen = options(
@@ -235,10 +242,12 @@ class SumoSimulator:
             detection_m=self._detection_m,
         )
         self._accounts.note_halting(self._time_s, halting)
+        before, self._queue_veh = self._queue_veh, queue
         return Observation(
             queue_veh=queue,
             approaching_veh=approaching,
             phase=heads.phase.copy(),
             phase_elapsed_s=np.maximum(self._time_s - heads.green_from_s, 0),
             time_s=self._time_s,
+            waiting_veh=(before + queue) / 2,
         )
