@@ -1,9 +1,11 @@
 """The columns of a folder of results: one table, from which docs and checks are made.
 
-Three tables make up the results of a study: ``runs`` (one row per run, its totals at the horizon),
-``series`` (one row per run and decision time) and ``episodes`` (one row per training episode; empty
-where training has none). Columns that do not apply to a run are null: a
-baseline has no reward, no exploration rate and no training; a failed run has no measures.
+Five tables make up the results of a study: ``runs`` (one row per run, its totals at the horizon),
+``series`` (one row per run and time), ``episodes`` (one row per training episode), ``lookups`` (one
+row per run and source that memory was read from) and ``timings`` (one row per run: what it took on
+this machine, the only table whose bytes differ from one execution to the next). Tables that a study
+has no use for are empty. Columns that do not apply to a run are null: a baseline has no reward, no
+exploration rate and no training; a failed run has no measures.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ from dataclasses import dataclass
 
 import polars as pl
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,16 +45,22 @@ class Column:
 _TEXT, _FLAG, _WHOLE, _REAL = pl.String(), pl.Boolean(), pl.Int64(), pl.Float64()
 
 _PRESET = Column(
-    "preset", _TEXT, "", "Reading of the paper: literal, decaying or matched; resco.", False
+    "preset",
+    _TEXT,
+    "",
+    "Reading of the paper: literal, decaying or matched; resco; memories.",
+    False,
 )
 _SCENARIO = Column("scenario", _TEXT, "", 'Name of the scenario, such as "grid:5x5".', False)
+_LOAD = Column(
+    "load", _REAL, "", "Factor on the scenario's demand, where a study varies it from run to run."
+)
 _SEED = Column("seed", _WHOLE, "", "Master seed; equal seeds have equal demand.", False)
 _CONTROLLER = Column(
     "controller",
     _TEXT,
     "",
-    "sarsa, dual-memory, random, fixed-cycle, program, actuated, longest-queue-first, "
-    "max-pressure.",
+    "Name of the controller; with options as in longest-queue-first,approaching=true.",
     False,
 )
 _SIMULATOR = Column("simulator", _TEXT, "", "queue, queue-calibrated, sumo or sumo-meso.", False)
@@ -73,6 +81,7 @@ RUNS: tuple[Column, ...] = (
     Column("study", _TEXT, "", "Name of the study.", False),
     _PRESET,
     _SCENARIO,
+    _LOAD,
     _SEED,
     _CONTROLLER,
     _EMBEDDING,
@@ -111,11 +120,19 @@ RUNS: tuple[Column, ...] = (
     Column("entries_per_agent", _REAL, "states", "Stored states at the horizon, mean over agents."),
     Column("entries_total", _WHOLE, "states", "Stored states, a shared table counted once."),
     Column("bytes_total", _WHOLE, "bytes", "True size of all memories."),
+    Column("intersections", _WHOLE, "", "Intersections that the controller decides for."),
     Column(
         "msize_per_agent",
         _REAL,
         "values",
         "Paper's size: 3 m_L + |A| m_s, or |A| m_Q; mean over agents.",
+    ),
+    Column(
+        "decisions_until_better",
+        _WHOLE,
+        "decisions",
+        "From the first decision of its training, or of the run, until its queue stays below "
+        "max-pressure's; null if it never does, and for controllers that do not learn.",
     ),
     Column("status", _TEXT, "", '"ok", or the message of the failure.', False),
 )
@@ -124,6 +141,7 @@ RUNS: tuple[Column, ...] = (
 SERIES: tuple[Column, ...] = (
     _PRESET,
     _SCENARIO,
+    _LOAD,
     _SEED,
     _CONTROLLER,
     _EMBEDDING,
@@ -145,6 +163,7 @@ SERIES: tuple[Column, ...] = (
 EPISODES: tuple[Column, ...] = (
     _PRESET,
     _SCENARIO,
+    _LOAD,
     _SEED,
     _CONTROLLER,
     _EMBEDDING,
@@ -156,7 +175,37 @@ EPISODES: tuple[Column, ...] = (
     Column("delay_s", _REAL, "s", "RESCO's average delay in the episode, exploration included."),
     Column("travel_time_s", _REAL, "s", "Mean travel time in the episode."),
     Column("wait_per_spawned_s", _REAL, "s", "W of the episode."),
+    Column("mean_queue_veh", _REAL, "vehicles", "Queued vehicles, mean over the episode."),
     Column("entries_per_agent", _REAL, "states", "Stored states after it, mean over agents."),
+    Column("bytes_total", _WHOLE, "bytes", "True size of all memories after it."),
+)
+
+_RUN: tuple[Column, ...] = (
+    _PRESET,
+    _SCENARIO,
+    _LOAD,
+    _SEED,
+    _CONTROLLER,
+    _EMBEDDING,
+    _COMMUNICATION,
+    _REWARD,
+    _EPSILON,
+    _SIMULATOR,
+)
+
+#: Columns of ``lookups.parquet``.
+LOOKUPS: tuple[Column, ...] = (
+    *_RUN,
+    Column("source", _TEXT, "", "Where the value came from, such as short-term or prior.", False),
+    Column("lookups", _WHOLE, "look-ups", "How often, in the run.", False),
+)
+
+#: Columns of ``timings.parquet``.
+TIMINGS: tuple[Column, ...] = (
+    *_RUN,
+    Column("decisions", _WHOLE, "decisions", "Decisions of the run, each for all intersections."),
+    Column("decide_s", _REAL, "s", "Time that they took, learning included."),
+    Column("training_wall_s", _REAL, "s", "Time that the training took; null without one."),
 )
 
 #: Column name to polars type, for ``pl.DataFrame(rows, schema=RUNS_SCHEMA)``.
@@ -169,6 +218,7 @@ RUN_KEY: tuple[str, ...] = (
     "study",
     "preset",
     "scenario",
+    "load",
     "seed",
     "controller",
     "embedding",
@@ -182,6 +232,7 @@ RUN_KEY: tuple[str, ...] = (
 SERIES_KEY: tuple[str, ...] = (
     "preset",
     "scenario",
+    "load",
     "seed",
     "controller",
     "embedding",
@@ -194,6 +245,7 @@ SERIES_KEY: tuple[str, ...] = (
 EPISODES_KEY: tuple[str, ...] = (
     "preset",
     "scenario",
+    "load",
     "seed",
     "controller",
     "embedding",
@@ -203,6 +255,8 @@ EPISODES_KEY: tuple[str, ...] = (
     "trained_in",
     "episode",
 )
+LOOKUPS_KEY: tuple[str, ...] = tuple(column.name for column in LOOKUPS[:-1])
+TIMINGS_KEY: tuple[str, ...] = tuple(column.name for column in _RUN)
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,6 +284,8 @@ TABLES: dict[str, Table] = {
     "runs": Table(RUNS, RUN_KEY),
     "series": Table(SERIES, SERIES_KEY),
     "episodes": Table(EPISODES, EPISODES_KEY),
+    "lookups": Table(LOOKUPS, LOOKUPS_KEY),
+    "timings": Table(TIMINGS, TIMINGS_KEY),
 }
 """All tables by name; the file of each is its name with the ending .parquet."""
 

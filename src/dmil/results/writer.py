@@ -22,8 +22,10 @@ def write_results(
     runs: pl.DataFrame,
     series: pl.DataFrame,
     episodes: pl.DataFrame | None = None,
+    lookups: pl.DataFrame | None = None,
+    timings: pl.DataFrame | None = None,
 ) -> None:
-    """Write ``runs.parquet``, ``series.parquet`` and ``episodes.parquet`` into a folder (ours).
+    """Write all tables of results into a folder, each in a file of its name (ours).
 
     Rows are sorted by what identifies them, so the bytes do not depend on the order in which the
     runs finished. Each file appears whole under its name or not at all.
@@ -38,6 +40,10 @@ def write_results(
         One row per run and decision time, columns as in :data:`dmil.results.SERIES_SCHEMA`.
     episodes
         One row per training episode; none where training is not made of episodes.
+    lookups
+        One row per run and source of look-ups; none where nobody counts them.
+    timings
+        One row per run; none where nobody measures.
 
     Raises
     ------
@@ -46,7 +52,13 @@ def write_results(
         describe the same run, or the folder cannot be written.
     """
     folder = Path(folder)
-    given = {"runs": runs, "series": series, "episodes": episodes}
+    given = {
+        "runs": runs,
+        "series": series,
+        "episodes": episodes,
+        "lookups": lookups,
+        "timings": timings,
+    }
     tables = [
         (folder / table_file(name), _conform(_or_empty(given[name], table), table, name))
         for name, table in TABLES.items()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-from dmil.demand import Demand, PoissonDemand, ScalableDemand
+from dmil.demand import Demand, PoissonDemand, ProfileDemand, ScalableDemand
 from dmil.demand.vehicles import check_load
 from dmil.errors import InputError, unknown_name
 from dmil.network import grid
@@ -17,12 +17,22 @@ from dmil.scenarios.sumo import sumo_scenario
 from dmil.scenarios.sumo_files import Routing
 
 GRID_HORIZON_S = 300
+GRID_DEMANDS: dict[str, Demand] = {
+    "": PoissonDemand(),
+    "unequal": PoissonDemand({"W": 20.0, "E": 2.0, "N": 3.0, "S": 2.0}),
+    "time-varying": ProfileDemand(PoissonDemand(), (0, 1800, 3600), (0.5, 2.0, 0.5), "linear"),
+}
+"""What may stand behind a grid's name: the paper's demand; the same vehicles per minute in all,
+nearly all of them from the west; the paper's rates times 0.5, rising to 2 in half an hour and
+falling again (ours)."""
 
 _NAMES = {
     "grid:1x1": "the paper's single intersection, Poisson demand, 300 s",
     "grid:3x3": "the paper's 9 intersections, Poisson demand, 300 s",
     "grid:5x5": "the paper's 25 intersections, Poisson demand, 300 s",
     "grid:ROWSxCOLUMNS": "any other grid, with the paper's rates at each of its fringe nodes",
+    "grid:ROWSxCOLUMNS/unequal": "a grid with 20, 2, 3, 2 vehicles per minute from W, E, N, S",
+    "grid:ROWSxCOLUMNS/time-varying": "a grid with the paper's rates times 0.5 to 2 to 0.5 in 1 h",
     "cityflow:FOLDER": "a folder with one roadnet*.json and one flow file, in CityFlow's format",
     "cityflow:FOLDER#FLOW_FILE": "the same, where the folder has several flow files",
     "sumo:FILE.sumocfg": "a SUMO configuration with its network, routes, begin and end",
@@ -52,8 +62,9 @@ def scenario(
     Parameters
     ----------
     name
-        ``grid:ROWSxCOLUMNS``, ``cityflow:FOLDER``, ``cityflow:FOLDER#FLOW_FILE``,
-        ``sumo:FILE.sumocfg`` or one of the RESCO benchmark such as ``resco/cologne1``.
+        ``grid:ROWSxCOLUMNS``, ``grid:ROWSxCOLUMNS/DEMAND`` (see `GRID_DEMANDS`),
+        ``cityflow:FOLDER``, ``cityflow:FOLDER#FLOW_FILE``, ``sumo:FILE.sumocfg`` or
+        one of the RESCO benchmark such as ``resco/cologne1``.
     horizon_s
         Length of a run in seconds; 300 for grids, for recorded demand its own.
     load
@@ -93,11 +104,15 @@ def scenario(
             mend="leave them out",
         )
     if kind == "grid":
-        rows, columns = _grid_size(name)
+        size, _, kind_of_demand = name.partition("/")
+        rows, columns = _grid_size(size)
+        if kind_of_demand not in GRID_DEMANDS or name.endswith("/"):
+            known = [each for each in GRID_DEMANDS if each]
+            raise unknown_name("demand of a grid", kind_of_demand, known, where=name)
         made = Scenario(
             name,
             grid(rows, columns),
-            demand or PoissonDemand(),
+            demand or GRID_DEMANDS[kind_of_demand],
             timing or SignalTiming(),
             dynamics or QueueDynamics(),
             GRID_HORIZON_S if horizon_s is None else horizon_s,

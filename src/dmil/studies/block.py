@@ -28,7 +28,7 @@ class BlockResult:
     ----------
     block: data class
         Which: a `Block` of the paper's study, or another study's unit.
-    runs, series, episodes: lists of rows
+    runs, series, episodes, lookups, timings: lists of rows
         See `dmil.results.schema`.
     """
 
@@ -36,6 +36,8 @@ class BlockResult:
     runs: list[Row]
     series: list[Row]
     episodes: list[Row] = field(default_factory=list)
+    lookups: list[Row] = field(default_factory=list)
+    timings: list[Row] = field(default_factory=list)
 
 
 def run_block(settings: PaperStudySettings, block: Block) -> BlockResult:

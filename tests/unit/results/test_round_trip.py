@@ -66,8 +66,10 @@ def test_wrong_sql_is_the_users_to_mend(study, sql):
 def test_only_whole_files_appear(study, tmp_path):
     assert {path.name for path in study.iterdir()} == {
         "episodes.parquet",
+        "lookups.parquet",
         "runs.parquet",
         "series.parquet",
+        "timings.parquet",
         "manifest.json",
     }
     bad = pl.DataFrame({"study": ["x"]})
@@ -105,7 +107,7 @@ def test_a_folder_that_is_not_results_says_so(tmp_path):
 
 def test_another_schema_version_says_so(study):
     write_manifest(study, {"schema_version": 99})
-    with pytest.raises(OutputError, match="schema version is 99; expected 2"):
+    with pytest.raises(OutputError, match="schema version is 99; expected 3"):
         Results(study)
 
 

@@ -4,6 +4,7 @@ import math
 import pickle
 import re
 
+import numpy as np
 import pytest
 
 from dmil.demand import FileDemand, PoissonDemand
@@ -42,6 +43,23 @@ def test_names_that_name_a_grid_work():
         assert scenario(name).name == name
     assert len(scenario("grid:2x7").network.intersections) == 14
     assert all(line and "\n" not in line for line in scenario_names().values())
+
+
+def test_a_grid_may_have_another_demand_than_the_papers():
+    unequal = scenario("grid:3x3/unequal", horizon_s=3600)
+    paper = scenario("grid:3x3", horizon_s=3600)
+    assert unequal.network == paper.network
+    found = [
+        made.demand.vehicles(made.network, 3600, stream(0, "unequal")) for made in (unequal, paper)
+    ]
+    assert len(found[0]) == pytest.approx(len(found[1]), rel=0.1)  # as many, elsewhere
+    varying = scenario("grid:3x3/time-varying", horizon_s=3600, load=2.0).demand
+    assert varying.at(np.array([0, 900, 1800, 2700, 3600])).tolist() == [0.5, 1.25, 2, 1.25, 0.5]
+    assert varying.base == PoissonDemand().scaled(2.0)
+    with pytest.raises(UnknownNameError, match=r"'unequl'.*Did you mean 'unequal'"):
+        scenario("grid:3x3/unequl")
+    with pytest.raises(UnknownNameError):
+        scenario("grid:3x3/")
 
 
 def test_options_override():

@@ -17,7 +17,9 @@ from dmil.studies.store import StudyStore
 SETTINGS = PaperStudySettings(
     presets=("literal", "decaying"), grids=("1x1",), seeds=2, horizon_s=60, rewards=("entropy",)
 )
-FILES = ("episodes.parquet", "runs.parquet", "series.parquet")
+TABLES = ("episodes.parquet", "runs.parquet", "series.parquet")
+FILES = (*TABLES, "lookups.parquet")
+"""All but the timings: the same bytes whatever happens."""
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +42,12 @@ class Interrupted:
 
 
 def test_a_finished_study_holds_results_and_nothing_half_done(whole):
-    assert {path.name for path in whole.iterdir()} == {*FILES, "manifest.json", "study.json"}
+    assert {path.name for path in whole.iterdir()} == {
+        *FILES,
+        "timings.parquet",
+        "manifest.json",
+        "study.json",
+    }
     manifest = json.loads((whole / "manifest.json").read_text())
     assert manifest["configuration"]["presets"]["decaying"]["epsilon_decay"] == 0.95
     assert manifest["wall_s"] > 0
@@ -70,7 +77,12 @@ def test_a_complete_study_is_left_as_it_is(whole):
     before = (whole / "manifest.json").stat().st_mtime_ns
     run_paper_study(SETTINGS, whole, executor=Interrupted(after=0))
     assert (whole / "manifest.json").stat().st_mtime_ns == before
-    assert {path.name for path in whole.iterdir()} == {*FILES, "manifest.json", "study.json"}
+    assert {path.name for path in whole.iterdir()} == {
+        *FILES,
+        "timings.parquet",
+        "manifest.json",
+        "study.json",
+    }
 
 
 def test_a_block_without_its_series_does_not_count(tmp_path):
@@ -135,7 +147,7 @@ def test_a_lock_on_a_file_that_its_owner_has_just_removed_is_none(tmp_path, monk
 
 
 def test_the_tables_hold_one_row_per_run_and_decision(whole):
-    episodes, runs, series = (pl.read_parquet(whole / name) for name in FILES)
+    episodes, runs, series = (pl.read_parquet(whole / name) for name in TABLES)
     assert episodes.is_empty()  # the paper's training is one run
     assert runs.height * 7 == series.height
     assert runs["status"].unique().to_list() == ["ok"]
