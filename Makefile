@@ -45,6 +45,6 @@ clean: ## Remove the environment and caches; results of studies stay
 	@PYTHON="$(PYTHON)" scripts/environment.sh run
 	@touch $@
 
-.venv/dev.stamp: constraints.txt constraints-dev.txt pyproject.toml scripts/environment.sh
+.venv/dev.stamp: constraints.txt constraints-dev.txt constraints-torch.txt pyproject.toml scripts/environment.sh
 	@PYTHON="$(PYTHON)" scripts/environment.sh dev
 	@touch $@ .venv/run.stamp

@@ -46,4 +46,8 @@ install() {
 if [ "$kind" = dev ]; then list=constraints-dev.txt; else list=constraints.txt; fi
 echo "dmil: installing the packages of $list"
 install --require-hashes --only-binary=:all: --requirement "$list"
+if [ "$kind" = dev ]; then
+    echo "dmil: installing the packages of constraints-torch.txt"
+    install --only-binary=:all: --requirement constraints-torch.txt
+fi
 install --no-deps --no-build-isolation --editable .

@@ -1,5 +1,9 @@
 """Write constraints.txt and constraints-dev.txt: every version pinned, every file by its hash.
 
+Torch is in constraints-torch.txt, by its version alone: for one version there are files that compute
+on the CPU only, of 0.2 GB, and files for GPUs, which need further packages of gigabytes. Which one
+pip takes depends on where it looks, and either will do.
+
 Run it with the oldest supported Python, inside any environment with a recent pip::
 
     python3.11 scripts/pin.py
@@ -21,6 +25,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 # hatchling asks for it only when it installs the checkout itself.
 EDITABLE = ["editables~=0.3"]
+TORCH = "torch"
+FOR_GPUS = ("cuda-", "nvidia-", "triton")
 PYTHONS = ("3.11", "3.12", "3.13")
 # Newest tag first: pip prefers the first platform that has a file, as a real machine does.
 LINUX = [f"manylinux_2_{minor}" for minor in range(36, 16, -1)] + ["manylinux2014"]
@@ -87,12 +93,14 @@ def write(path: Path, heading: list[str], pins: Pins, hashes: Hashes) -> None:
 
 
 def main() -> None:
-    """Resolve, collect the hashes and write both files."""
+    """Resolve, collect the hashes and write the files."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     extras = project["project"]["optional-dependencies"]
     needed = [*project["project"]["dependencies"], *project["build-system"]["requires"], *EDITABLE]
     runtime = resolve(needed, {})
     everything = resolve([line for line in extras["dev"] if not line.startswith("dmil")], runtime)
+    everything = {k: v for k, v in everything.items() if not k.startswith(FOR_GPUS)}
+    torch = everything.pop(TORCH).split("+")[0]  # what follows a + names the kind of file
     hashes = file_hashes(everything)
     note = "# Written by scripts/pin.py; do not edit by hand."
     write(
@@ -107,6 +115,16 @@ def main() -> None:
         [note, "# What `make check` needs on top.", "-r constraints.txt"],
         added,
         hashes,
+    )
+    write(
+        ROOT / "constraints-torch.txt",
+        [
+            note,
+            "# What `make check` needs last. Without hashes: for one version there are files for CPUs and",
+            "# files for GPUs, and which one pip takes depends on where it looks.",
+        ],
+        {TORCH: torch},
+        {TORCH: set()},
     )
 
 
