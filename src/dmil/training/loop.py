@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -24,11 +25,17 @@ class Run:
         Decision times where the memory was watched, and the horizon as the last.
     memory: tuple of MemoryUse
         Memory in use at these times.
+    decisions: int
+        How often the controller was asked.
+    decide_s: float
+        What its answers took, in s of this machine; two runs are equal whatever it is.
     """
 
     measures: Measures
     time_s: tuple[int, ...]
     memory: tuple[MemoryUse, ...]
+    decisions: int = 0
+    decide_s: float = field(default=0.0, compare=False)
 
 
 def run(
@@ -74,8 +81,12 @@ def run(
     observation = simulator.reset(vehicles, seed)
     last_reward = None
     times_s, memory = [], []
+    decisions, decide_ns = 0, 0
     while True:
+        before_ns = time.perf_counter_ns()
         phases = controller.decide(observation, last_reward)
+        decide_ns += time.perf_counter_ns() - before_ns
+        decisions += 1
         if watch_memory:
             times_s.append(observation.time_s)
             memory.append(_memory_use(controller))
@@ -85,7 +96,13 @@ def run(
         last_reward = checked_reward(reward, observation, following, network)
         observation = following
     at_the_end = memory[-1] if memory else _memory_use(controller)
-    return Run(simulator.measures(), (*times_s, following.time_s), (*memory, at_the_end))
+    return Run(
+        simulator.measures(),
+        (*times_s, following.time_s),
+        (*memory, at_the_end),
+        decisions,
+        decide_ns * 1e-9,
+    )
 
 
 def _memory_use(controller: Controller) -> MemoryUse:
