@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from dmil.errors import PolicyError
+from dmil.controllers.protocol import Arrays
+from dmil.memory.saved import saved_array
 
 Floats = npt.NDArray[np.float32]
 ADAM_BETAS = (0.9, 0.999)
@@ -81,7 +82,10 @@ class Adam:
 
     def minimise(self, loss: Any) -> None:
         """Take one step down a loss, a scalar tensor that came from the weights."""
-        (gradient,) = torch.autograd.grad(loss, self.weights)
+        self.step(torch.autograd.grad(loss, self.weights)[0])
+
+    def step(self, gradient: Any) -> None:
+        """Take one step against a gradient: (weights,) float32 tensor."""
         self.steps += 1
         one, two = ADAM_BETAS
         with torch.no_grad():
@@ -92,6 +96,32 @@ class Adam:
             rate = self.learning_rate * scale / (1 - one**self.steps)
             self.weights.addcdiv_(self.mean, divisor, value=-rate)
 
+    def arrays(self) -> dict[str, npt.NDArray[Any]]:
+        """Return weights, moments and steps as flat arrays."""
+        return {
+            "weights": to_array(self.weights),
+            "mean": to_array(self.mean),
+            "square": to_array(self.square),
+            "steps": np.array(self.steps, np.int64),
+        }
+
+    def restore(self, arrays: Arrays) -> None:
+        """Replace weights, moments and steps.
+
+        Raises
+        ------
+        PolicyError
+            If the arrays are not those of as many weights.
+        """
+        steps = int(saved_array(arrays, "steps", (), np.int64, least=0))
+        for name, tensor in (
+            ("weights", self.weights),
+            ("mean", self.mean),
+            ("square", self.square),
+        ):
+            overwrite(tensor, arrays, name)
+        self.steps = steps
+
 
 def to_array(tensor: Any) -> Floats:
     """Return a copy of a tensor as an array (ours)."""
@@ -99,7 +129,7 @@ def to_array(tensor: Any) -> Floats:
     return array
 
 
-def overwrite(tensor: Any, array: npt.NDArray[Any] | None, name: str) -> None:
+def overwrite(tensor: Any, arrays: Arrays, name: str) -> None:
     """Replace the numbers of a tensor by saved ones (ours).
 
     Raises
@@ -107,14 +137,7 @@ def overwrite(tensor: Any, array: npt.NDArray[Any] | None, name: str) -> None:
     PolicyError
         If they are missing, not as many, of another type or not finite.
     """
-    fits = array is not None and array.shape == tuple(tensor.shape) and array.dtype == np.float32
-    if not fits or not np.isfinite(array).all():  # type: ignore[arg-type]
-        raise PolicyError(
-            f"array '{name}' is missing or not what it should be",
-            where="saved memory",
-            expected=f"{tuple(tensor.shape)} finite numbers, float32",
-            mend="train it again with this version of dmil and the same options",
-        )
+    array = saved_array(arrays, name, tuple(tensor.shape), np.float32)
     with torch.no_grad():
         tensor.copy_(torch.from_numpy(np.ascontiguousarray(array)))
 
