@@ -5,12 +5,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from dmil.controllers.merits import PhaseChoice
 from dmil.controllers.protocol import FloatArray, IntArray, Situation
-from dmil.controllers.settings import FixedCycleSettings
+from dmil.controllers.settings import (
+    FixedCycleSettings,
+    GreedySettings,
+    LongestQueueFirstSettings,
+    MaxPressureSettings,
+)
 from dmil.errors import InputError
-from dmil.network import Intersection, RoadNetwork
+from dmil.network import Intersection
 from dmil.simulation import Observation
 from dmil.simulation.pressure import movement_pressure
 from dmil.simulation.timing import ACTUATED, PROGRAM
@@ -109,33 +114,61 @@ class ActuatedController(ProgramController):
 class LongestQueueFirstController:
     """Serves the phase with the most vehicles queued in front of it.
 
-    Of equally good phases the one already shown stays, else the first is taken.
+    What a switch costs, and which of equally good phases is taken: see `PhaseChoice`.
+
+    Parameters
+    ----------
+    settings
+        See `LongestQueueFirstSettings`.
     """
+
+    def __init__(self, settings: LongestQueueFirstSettings | None = None) -> None:
+        self.settings = settings or LongestQueueFirstSettings()
 
     def begin(self, situation: Situation) -> None:
         """Note which movements each phase serves."""
-        self._served = signalled(situation.network)
+        hysteresis = self.settings.hysteresis
+        self._choice = PhaseChoice(situation.network, situation.timing, hysteresis)
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Compare the queues of all phases."""
-        return best_phase(self._served, observation.queue_veh, observation.phase)
+        return self._choice.best(_counted(observation, self.settings), observation.phase)
 
 
 class MaxPressureController:
     """Serves the phase with the highest pressure (Varaiya 2013).
 
-    Of equally good phases the one already shown stays, else the first is taken.
+    What a switch costs, and which of equally good phases is taken: see `PhaseChoice`. With
+    ``approaching`` a vehicle that arrives within the decision interval counts as queued on both
+    sides of a pressure, where it comes from and where it would go.
+
+    Parameters
+    ----------
+    settings
+        See `MaxPressureSettings`.
     """
+
+    def __init__(self, settings: MaxPressureSettings | None = None) -> None:
+        self.settings = settings or MaxPressureSettings()
 
     def begin(self, situation: Situation) -> None:
         """Note which movements each phase serves."""
         self._network = situation.network
-        self._served = signalled(situation.network)
+        hysteresis = self.settings.hysteresis
+        self._choice = PhaseChoice(situation.network, situation.timing, hysteresis)
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Compare the pressures of all phases."""
-        pressure_veh = movement_pressure(observation.queue_veh, self._network)
-        return best_phase(self._served, pressure_veh, observation.phase)
+        counted_veh = _counted(observation, self.settings)
+        pressure_veh = movement_pressure(counted_veh, self._network)
+        return self._choice.best(pressure_veh, observation.phase)
+
+
+def _counted(observation: Observation, settings: GreedySettings) -> IntArray:
+    """Return the vehicles per movement that count as queued."""
+    if settings.approaching:
+        return observation.queue_veh + observation.approaching_veh
+    return observation.queue_veh
 
 
 def covering_phases(intersection: Intersection) -> list[int]:
@@ -147,44 +180,3 @@ def covering_phases(intersection: Intersection) -> list[int]:
             chosen.append(phase)
             covered |= movements
     return chosen or [0]
-
-
-def signalled(network: RoadNetwork) -> npt.NDArray[np.float64]:
-    """Return where a phase serves a movement that needs one (ours).
-
-    Returns
-    -------
-    served: (intersections, phases, orientations) float64
-        1 where it does, else 0; NaN for phases that an intersection does not have, so that they
-        are never the best.
-    """
-    intersections = network.intersections
-    phases = max(len(item.phases) for item in intersections)
-    orientations = max(len(item.movements) for item in intersections)
-    served = np.full((len(intersections), phases, orientations), np.nan)
-    for i, item in enumerate(intersections):
-        served[i, : len(item.phases)] = 0.0
-        for p, phase in enumerate(item.phases):
-            served[i, p, sorted(phase)] = 1.0
-    return served
-
-
-def best_phase(
-    served: npt.NDArray[np.float64], merit: npt.NDArray[np.generic], shown: IntArray
-) -> IntArray:
-    """Return the phase whose movements have the highest sum of merits (ours).
-
-    Parameters
-    ----------
-    served: (intersections, phases, orientations) float64
-        See `signalled`.
-    merit: (intersections, orientations) float or int
-    shown: (intersections,) int32
-        Phase to keep if it is among the best.
-    """
-    totals = np.matmul(served, merit[:, :, None].astype(np.float64))[:, :, 0]
-    totals = np.where(np.isnan(totals), -np.inf, totals)
-    # Pressures are sums of thirds and the like: equal ones may differ in the last bit.
-    best = totals >= totals.max(axis=1, keepdims=True) - 1e-9
-    kept = (shown >= 0) & best[np.arange(shown.size), shown]
-    return np.where(kept, shown, best.argmax(axis=1)).astype(np.int32)

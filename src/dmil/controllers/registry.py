@@ -20,7 +20,13 @@ from dmil.controllers.dual_memory import DualMemoryController
 from dmil.controllers.prior import Prior
 from dmil.controllers.protocol import Controller
 from dmil.controllers.sarsa import SarsaController
-from dmil.controllers.settings import DualMemorySettings, FixedCycleSettings, SarsaSettings
+from dmil.controllers.settings import (
+    DualMemorySettings,
+    FixedCycleSettings,
+    LongestQueueFirstSettings,
+    MaxPressureSettings,
+    SarsaSettings,
+)
 from dmil.errors import InputError, unknown_name
 from dmil.importing import import_object
 
@@ -58,10 +64,16 @@ CONTROLLERS: dict[str, Entry] = {
         ActuatedController, None, False, "SUMO's actuated control of that program; in SUMO only"
     ),
     "longest-queue-first": Entry(
-        LongestQueueFirstController, None, False, "the phase with the most vehicles queued"
+        LongestQueueFirstController,
+        LongestQueueFirstSettings,
+        False,
+        "the phase with the most vehicles queued",
     ),
     "max-pressure": Entry(
-        MaxPressureController, None, False, "the phase with the highest pressure (Varaiya 2013)"
+        MaxPressureController,
+        MaxPressureSettings,
+        False,
+        "the phase with the highest pressure (Varaiya 2013)",
     ),
     "sarsa": Entry(
         SarsaController, SarsaSettings, True, "the paper's non-memory agent, for any embedding"

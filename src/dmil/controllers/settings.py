@@ -21,6 +21,32 @@ class FixedCycleSettings(BaseModel):
     )
 
 
+class GreedySettings(BaseModel):
+    """What controllers that serve the phase of the highest merit share."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    approaching: bool = Field(
+        default=False,
+        description="Whether vehicles that arrive within the decision interval count as queued.",
+    )
+    hysteresis: float = Field(
+        default=0.0,
+        ge=0,
+        allow_inf_nan=False,
+        description="How much of what clearance and start-up lose a switch must make up for: 0 "
+        "none, 1 all of it; without lost time it changes nothing.",
+    )
+
+
+class LongestQueueFirstSettings(GreedySettings):
+    """Longest queue first."""
+
+
+class MaxPressureSettings(GreedySettings):
+    """Max-pressure."""
+
+
 class LearnerSettings(BaseModel):
     """What all tabular learners share."""
 

@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
+from dmil.compilation import kernel
 from dmil.network import RoadNetwork
 
 FloatArray = npt.NDArray[np.float64]
@@ -31,9 +32,40 @@ def movement_pressure(queue_veh: npt.NDArray[np.integer], network: RoadNetwork) 
     pressure_veh: (intersections, orientations) float64
     """
     exit_link, queue_link, movements = _links_of_slots(network, queue_veh.shape[1])
-    on_link = np.bincount(queue_link, queue_veh.ravel(), minlength=movements.size)
-    mean_on_link = on_link / movements
-    return (queue_veh.ravel() - mean_on_link[exit_link]).reshape(queue_veh.shape)
+    queue = queue_veh.astype(np.float64).ravel()
+    on_link, pressure_veh = np.zeros(movements.size), np.empty(queue.size)
+    fill_pressure(queue, exit_link, queue_link, movements, on_link, pressure_veh)
+    return pressure_veh.reshape(queue_veh.shape)
+
+
+@kernel
+def fill_pressure(
+    queue_veh: FloatArray,
+    exit_link: IntArray,
+    queue_link: IntArray,
+    movements: FloatArray,
+    on_link: FloatArray,
+    pressure_veh: FloatArray,
+) -> None:
+    """Work out the pressure of every slot; see `movement_pressure`.
+
+    Parameters
+    ----------
+    queue_veh: (slots,) float64
+    exit_link, queue_link: (slots,) int32
+        Link that a slot leads to, and link on which its vehicles queue.
+    movements: (links + 1,) float64
+        Movements from each link, at least 1.
+    on_link: (links + 1,) float64
+        Zeros; becomes the queue of each link.
+    pressure_veh: (slots,) float64
+        Filled with the result.
+    """
+    for slot in range(queue_veh.shape[0]):
+        on_link[queue_link[slot]] += queue_veh[slot]
+    for slot in range(queue_veh.shape[0]):
+        onward = exit_link[slot]
+        pressure_veh[slot] = queue_veh[slot] - on_link[onward] / movements[onward]
 
 
 @lru_cache(maxsize=64)
