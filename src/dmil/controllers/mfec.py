@@ -1,0 +1,198 @@
+"""Model-free episodic control: acts on the best return that ever followed (Blundell et al. 2016).
+
+See docs/controllers/mfec.md.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from dmil.compilation import kernel
+from dmil.controllers.by_shape import SharedLearner, as_keys
+from dmil.controllers.prior import Prior
+from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
+from dmil.controllers.returns import ReturnWindow
+from dmil.memory.episodic import estimate, keep_best
+from dmil.memory.neighbours import (
+    Entries,
+    KeyArray,
+    Neighbours,
+    make_entries,
+    make_neighbours,
+)
+from dmil.memory.packed_entries import bytes_of_entries, pack_entries, unpack_entries
+from dmil.simulation import Observation
+
+
+class MfecSettings(BaseModel):
+    """Model-free episodic control."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    approaching: bool = Field(
+        default=False, description="Whether the vehicles that approach are part of the state, too."
+    )
+    discount: float = Field(default=0.95, ge=0, lt=1, description="γ.")
+    steps: int = Field(
+        default=20, ge=1, description="n: decisions that a return is taken over; no episodes end."
+    )
+    bootstrap: bool = Field(
+        default=False,
+        description="Whether a return goes on after n rewards with the value of the state there. "
+        "That value is a best one, too: the upward bias adds up.",
+    )
+    neighbours: int = Field(
+        default=11, ge=1, description="Nearest entries whose mean an unknown state gets."
+    )
+    capacity: int = Field(
+        default=10_000,
+        ge=1,
+        description="Entries per phase and shape; the least recently used one leaves.",
+    )
+    training_decisions: int = Field(
+        default=3600,
+        ge=1,
+        description="Decisions that training is planned to take: by default 10 episodes of an "
+        "hour, decisions every 10 s.",
+    )
+    epsilon_first: float = Field(
+        default=1.0, ge=0, le=1, description="ε at the first decision of the training."
+    )
+    epsilon_last: float = Field(default=0.05, ge=0, le=1, description="ε in the end.")
+    exploration_part: float = Field(
+        default=0.2, gt=0, le=1, description="Part of the training in which ε falls, linearly."
+    )
+    learning: bool = Field(
+        default=True,
+        description="Whether it explores and learns; off for a frozen evaluation, greedy.",
+    )
+
+
+class MfecController(SharedLearner):
+    """One agent per intersection; agents of one shape share a table of entries per phase.
+
+    Differs from the paper: returns are taken over n decisions, because traffic has no episodes; the
+    state is the counts themselves, not a projection of a picture.
+
+    Parameters
+    ----------
+    settings
+        See `MfecSettings`.
+    prior
+        Ignored: values of one-step SARSA are no returns.
+    """
+
+    _entries: Entries
+
+    def __init__(self, settings: MfecSettings | None = None, *, prior: Prior | None = None) -> None:
+        self.settings = settings or MfecSettings()
+        super().__init__("mfec", self.settings)
+
+    def begin(self, situation: Situation) -> None:
+        """Get ready for a run; see `SharedLearner.begin`."""
+        super().begin(situation)
+        self._window = ReturnWindow(self.settings.steps, self.settings.discount)
+
+    def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
+        """Look all phases up, learn the return that is known now, choose ε-greedily."""
+        settings, key = self.settings, as_keys(self.states(observation))
+        # Who learns tries everything once; who does not keeps to what was tried.
+        value = np.full((len(key), self._actions), np.inf if settings.learning else -np.inf)
+        estimate_all(
+            self._entries,
+            self.agents.shape,
+            self._phase_count,
+            key,
+            self._nearest,
+            settings.learning,
+            value,
+        )
+        action = self.choose(value, observation.time_s)
+        if settings.learning:
+            if reward is not None:
+                self._learn(reward, value)
+            self._window.choose(key, action)
+            self._decisions += 1
+        return action
+
+    def memory_use(self) -> MemoryUse:
+        """Return how much is remembered now: one entry per state and phase."""
+        sizes = self._entries.size.reshape(-1, self._actions).sum(axis=1)
+        return self.use_of(sizes, bytes_of_entries(self._entries))
+
+    def arrays(self) -> Arrays:
+        """Return the entries as flat arrays."""
+        return self._with_decisions(pack_entries(self._entries))
+
+    def restore(self, arrays: Arrays) -> None:
+        """Replace the entries.
+
+        Raises
+        ------
+        PolicyError
+            If the arrays are not those of entries of these agents.
+        """
+        entries = unpack_entries(arrays, self._entries)
+        self._take_decisions(arrays)
+        self._entries = entries
+
+    def _start(self, situation: Situation) -> None:
+        self._actions = int(self._phase_count.max())
+        tables = len(self.agents.signatures) * self._actions
+        self._entries = make_entries(tables, self.settings.capacity, self.places)
+        self._nearest = make_neighbours(self.settings.neighbours)
+
+    def _learn(self, reward: FloatArray, value: FloatArray) -> None:
+        tried = np.where(np.isfinite(value), value, -np.inf).max(axis=1)
+        known = self.settings.bootstrap & np.isfinite(tried)
+        outcome = self._window.reward(reward, np.where(known, tried, 0.0))
+        if outcome is not None:
+            keep_all(self._entries, self.agents.shape, self._actions, *outcome)
+
+
+@kernel
+def estimate_all(
+    entries: Entries,
+    shape: IntArray,
+    phase_count: IntArray,
+    key: KeyArray,
+    nearest: Neighbours,
+    touches: bool,
+    value: FloatArray,
+) -> None:
+    """Look up the states of all agents under every phase.
+
+    Parameters
+    ----------
+    entries
+        Table shape·actions + action is that of a shape and an action.
+    shape, phase_count: (agents,) int32
+    key: (agents, places) float32
+    nearest
+        Working space.
+    touches
+        Whether what is read counts as used.
+    value: (agents, actions) float64
+        Filled in place where a table has entries.
+    """
+    actions = value.shape[1]
+    for agent in range(shape.shape[0]):
+        for action in range(phase_count[agent]):
+            table = shape[agent] * actions + action
+            if entries.size[table] > 0:
+                value[agent, action] = estimate(entries, table, key[agent], nearest, touches)
+
+
+@kernel
+def keep_all(
+    entries: Entries,
+    shape: IntArray,
+    actions: int,
+    key: KeyArray,
+    action: IntArray,
+    outcome: FloatArray,
+) -> None:
+    """Remember the returns of all agents, one after the other."""
+    for agent in range(shape.shape[0]):
+        keep_best(entries, shape[agent] * actions + action[agent], key[agent], outcome[agent])

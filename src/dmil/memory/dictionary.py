@@ -1,0 +1,83 @@
+"""NEC's differentiable neural dictionary, the parts of it that need no gradient (Pritzel 2017).
+
+One dictionary per action, from embeddings of states to values. What a look-up returns is a weighted
+mean of values; which neighbours it returned lets a caller take its gradient.
+"""
+
+from __future__ import annotations
+
+from dmil.compilation import kernel
+from dmil.memory.neighbours import (
+    Entries,
+    KeyArray,
+    Neighbours,
+    find_key,
+    find_nearest,
+    insert,
+    tick,
+)
+from dmil.memory.rows import ABSENT
+
+
+@kernel
+def recall_mean(
+    entries: Entries,
+    table: int,
+    key: KeyArray,
+    softening: float,
+    nearest: Neighbours,
+    touches: bool,
+) -> tuple[float, int]:
+    """Return the mean value of a key's neighbours, the nearer the more (Pritzel 2017, eq. 1–5).
+
+    Parameters
+    ----------
+    entries, table
+        Where to look; not empty.
+    key: (places,) float32
+        An embedding.
+    softening: float
+        δ of the weights 1/(‖h − h_i‖² + δ).
+    nearest
+        Filled with the neighbours; its size is how many to take.
+    touches
+        Whether the entries that were read count as used now.
+
+    Returns
+    -------
+    value, found: float, int
+        The mean, and how many neighbours it is of.
+    """
+    time = tick(entries) if touches else 0
+    found, weights, total = find_nearest(entries, table, key, nearest), 0.0, 0.0
+    for place in range(found):
+        entry, weight = nearest.entry[place], 1.0 / (nearest.distance[place] + softening)
+        weights += weight
+        total += weight * entries.value[table, entry]
+        if touches:
+            entries.used[table, entry] = time
+    return total / weights, found
+
+
+@kernel
+def write_towards(
+    entries: Entries, table: int, key: KeyArray, outcome: float, learning_rate: float
+) -> None:
+    """Move the value of a known key towards a return; append an unknown one (Pritzel 2017, eq. 6).
+
+    Parameters
+    ----------
+    entries, table
+        Where to write.
+    key: (places,) float32
+    outcome
+        The return Q_N.
+    learning_rate: float
+        α.
+    """
+    entry = find_key(entries, table, key)
+    if entry == ABSENT:
+        insert(entries, table, key, outcome, tick(entries))
+    else:
+        value = entries.value[table, entry]
+        entries.value[table, entry] = value + learning_rate * (outcome - value)
