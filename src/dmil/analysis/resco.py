@@ -8,7 +8,7 @@ import numpy as np
 import polars as pl
 
 from dmil.analysis.agreement import agreement
-from dmil.analysis.contenders import REFERENCE, Judged, judged
+from dmil.analysis.contenders import REFERENCE, Judged, Values, judged
 from dmil.analysis.courses import learning_curves, training
 from dmil.analysis.published import (
     METHODS,
@@ -20,7 +20,7 @@ from dmil.analysis.published import (
 from dmil.analysis.scores import scores
 from dmil.results import Results
 from dmil.seeding import stream
-from dmil.statistics import interquartile_mean, stratified, wins
+from dmil.statistics import Estimate, mean_interval, probability_of_improvement
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,23 +111,35 @@ def overall(runs: Judged) -> pl.DataFrame:
     reference = runs.number(REFERENCE)
     rows = []
     for simulator in runs.simulators:
-        values = runs.of(METRIC, simulator)
-        base = np.full_like(values[:, 0], np.nan) if reference is None else values[:, reference]
-        for number, name in enumerate(runs.names):
-            with np.errstate(divide="ignore", invalid="ignore"):
-                ratio = np.where(base > 0, values[:, number] / base, np.nan)
-            rng = stream(0, "bootstrap", "overall", simulator, name)
-            of_ratio = stratified(list(ratio), interquartile_mean, rng)
-            won = list(wins(values[:, number], base))
-            of_wins = stratified(won, lambda drawn: drawn.mean(axis=-1), rng)
-            present = ~np.isnan(ratio)
-            if present.any():
-                counts = int(present.any(axis=1).sum()), int(present.sum())
-                itself = number == reference
-                better = (None,) * 3 if itself else of_wins
-                rows.append((simulator, name, *counts, *of_ratio, *better))
+        tasks = [task.T for task in runs.of(METRIC, simulator)]
+        bases = [_column(task, reference) for task in tasks]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratios = [
+                np.where(base > 0, task / base, np.nan)
+                for task, base in zip(tasks, bases, strict=True)
+            ]
+        rng = stream(0, "bootstrap", "overall", simulator)
+        ratio = mean_interval(ratios, rng, summary="interquartile mean")
+        better = probability_of_improvement(tasks, bases, rng)
+        scenarios = np.sum([(~np.isnan(task)).any(axis=0) for task in ratios], axis=0)
+        for number in np.flatnonzero(ratio.seeds).tolist():
+            itself = number == reference
+            counts = int(scenarios[number]), int(ratio.seeds[number])
+            rows.append(
+                (simulator, runs.names[number], *counts, *_ends(ratio, number))
+                + ((None,) * 3 if itself else _ends(better, number))
+            )
     schema = {"simulator": pl.String, "contender": pl.String, "scenarios": pl.Int64, "n": pl.Int64}
     numbers = ("ratio", "low", "high", "share_better", "share_low", "share_high")
     schema_of_all = schema | dict.fromkeys(numbers, pl.Float64)
     table = pl.DataFrame(rows, schema=schema_of_all, orient="row")
     return table.with_columns(pl.col(numbers).fill_nan(None))
+
+
+def _column(task: Values, number: int | None) -> Values:
+    """Return the (seeds, 1) of one contender, NaN without one."""
+    return np.full_like(task[:, :1], np.nan) if number is None else task[:, [number]]
+
+
+def _ends(found: Estimate, number: int) -> tuple[float, float, float]:
+    return found.value[number], found.low[number], found.high[number]

@@ -1,4 +1,4 @@
-"""Means, paired differences, interquartile means and their intervals over seeds."""
+"""What seeds show: means and their intervals, paired differences, profiles, rank tests."""
 
 from dmil.statistics.bootstrap import (
     Estimate,
@@ -6,18 +6,25 @@ from dmil.statistics.bootstrap import (
     mean_interval,
     paired_difference,
     paired_ratio_of_ratios,
-    standard_deviation,
+    probability_of_improvement,
 )
-from dmil.statistics.robust import interquartile_mean, stratified, wins
+from dmil.statistics.profiles import Profile, performance_profile
+from dmil.statistics.signed_rank import SignedRankTests, holm, signed_rank_tests
+from dmil.statistics.summaries import interquartile_mean, standard_deviation, wins
 
 __all__ = [
     "Estimate",
+    "Profile",
+    "SignedRankTests",
+    "holm",
     "interquartile_mean",
     "interval_levels",
     "mean_interval",
     "paired_difference",
     "paired_ratio_of_ratios",
+    "performance_profile",
+    "probability_of_improvement",
+    "signed_rank_tests",
     "standard_deviation",
-    "stratified",
     "wins",
 ]

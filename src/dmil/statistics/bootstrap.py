@@ -1,9 +1,14 @@
-"""The bootstrap over seeds, for many columns at once.
+"""The paired, stratified bootstrap over seeds, for many columns at once.
 
 The unit of evidence is the seed. All functions take arrays of shape (seeds, columns), one column
-for each thing measured; NaN marks a run that is missing. A resample of seeds is a row of weights,
-so all means of all resamples of all columns are one matrix product, and both members of a pair
-always see the same resampled seeds.
+for each controller or thing measured; NaN marks a run that is missing, all else is finite. In place
+of one array they also take a sequence of arrays, one for each task (network, load): then all runs
+of all tasks are summed up together, and seeds are resampled within each task (stratified). Where
+tasks differ in scale, give them a common one first, such as the ratio to a reference.
+
+A resample of seeds is drawn once and serves all columns and both members of a pair, so what they
+share (the demand) cancels. It is a column of counts, so all means of all resamples of all columns
+are one matrix product.
 
 Intervals are percentile intervals at levels expanded for small samples (Hesterberg, 2015, "What
 teachers should know about the bootstrap", section 5.2): the plain percentile interval is too narrow
@@ -12,14 +17,17 @@ by the factor √((n-1)/n) and by normal in place of t quantiles, which matters 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, stdtrit
 
-Values = NDArray[np.float64]
+from dmil.statistics.summaries import RESAMPLED, Summary, Values, wins
+
+Tasks = Values | Sequence[Values]
+"""(seeds, columns) of one task, or one such array for each of several tasks."""
 
 DEFAULT_LEVEL = 0.95
 DEFAULT_RESAMPLES = 5_000
@@ -34,9 +42,9 @@ class Estimate:
     value
         (columns,) point estimates; NaN where there is no data.
     low, high
-        (columns,) ends of the interval; NaN where fewer than two seeds are there.
+        (columns,) ends of the interval; NaN where no task has two seeds.
     seeds
-        (columns,) number of seeds behind each.
+        (columns,) number of runs behind each: seeds, summed over tasks.
     """
 
     value: Values
@@ -46,65 +54,71 @@ class Estimate:
 
 
 def mean_interval(
-    values: Values,
+    values: Tasks,
     rng: np.random.Generator,
     *,
+    summary: Summary = "mean",
     level: float = DEFAULT_LEVEL,
     resamples: int = DEFAULT_RESAMPLES,
 ) -> Estimate:
-    """Return the mean over seeds and its bootstrap interval.
+    """Return the mean, or interquartile mean, over seeds and its bootstrap interval.
 
     Parameters
     ----------
     values
-        (seeds, columns); NaN marks a missing run.
+        (seeds, columns), or one such array for each task; NaN marks a missing run.
     rng
         Source of the resamples.
+    summary
+        "mean" or "interquartile mean".
     level
         Coverage of the interval.
     resamples
         Number of bootstrap resamples.
     """
-    return _bootstrap([values], lambda means: means[0], rng, level, resamples)
+    return _bootstrap([values], lambda means: means[0], rng, summary, level, resamples)
 
 
 def paired_difference(
-    values: Values,
-    reference: Values,
+    values: Tasks,
+    reference: Tasks,
     rng: np.random.Generator,
     *,
     relative: bool = False,
+    summary: Summary = "mean",
     level: float = DEFAULT_LEVEL,
     resamples: int = DEFAULT_RESAMPLES,
 ) -> Estimate:
     """Return how the mean of ``values`` differs from that of ``reference`` on the same seeds.
 
-    Only seeds that both have count. Seeds are resampled once for both members of the pair, so what
-    they share (the demand) cancels.
+    Only seeds that both have count.
 
     Parameters
     ----------
     values, reference
-        (seeds, columns), rows of the same seeds in the same order; NaN marks a missing run.
+        (seeds, columns), rows of the same seeds in the same order, or one such array for each task;
+        the reference may have one column for all. NaN marks a missing run.
     rng
         Source of the resamples.
     relative
         Return mean(values) / mean(reference) - 1 in place of the difference.
+    summary
+        Which mean: "mean" or "interquartile mean" (of each member by itself).
     level
         Coverage of the interval.
     resamples
         Number of bootstrap resamples.
     """
-    if relative:
-        return _bootstrap(
-            [values, reference], lambda means: means[0] / means[1] - 1.0, rng, level, resamples
-        )
-    return _bootstrap([values, reference], lambda means: means[0] - means[1], rng, level, resamples)
+
+    def difference(means: list[Values]) -> Values:
+        return means[0] / means[1] - 1.0 if relative else means[0] - means[1]
+
+    return _bootstrap([values, reference], difference, rng, summary, level, resamples)
 
 
 def paired_ratio_of_ratios(
-    values: tuple[Values, Values],
-    reference: tuple[Values, Values],
+    values: tuple[Tasks, Tasks],
+    reference: tuple[Tasks, Tasks],
     rng: np.random.Generator,
     *,
     level: float = DEFAULT_LEVEL,
@@ -129,52 +143,109 @@ def paired_ratio_of_ratios(
         [*values, *reference],
         lambda m: (m[0] / m[1]) / (m[2] / m[3]) - 1.0,
         rng,
+        "mean",
         level,
         resamples,
     )
 
 
-def standard_deviation(values: Values) -> Values:
-    """Return the sample standard deviation over seeds of (seeds, columns); NaN below two seeds."""
-    present = ~np.isnan(values)
-    seeds = present.sum(axis=0)
-    filled = np.where(present, values, 0.0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = filled.sum(axis=0) / seeds
-        squares = np.where(present, (values - mean) ** 2, 0.0).sum(axis=0)
-        deviation: Values = np.sqrt(squares / np.where(seeds > 1, seeds - 1, np.nan))
-    return deviation
+def probability_of_improvement(
+    values: Tasks,
+    reference: Tasks,
+    rng: np.random.Generator,
+    *,
+    level: float = DEFAULT_LEVEL,
+    resamples: int = DEFAULT_RESAMPLES,
+) -> Estimate:
+    """Return the share of paired runs in which a value is below its reference, equal ones half.
+
+    Agarwal et al., NeurIPS 2021. Differs from the paper: pairs are those of equal seeds, which
+    have the same demand, in place of all pairs of a task; a run counts as much in every task.
+
+    Parameters
+    ----------
+    values, reference
+        See `paired_difference`; lower is better.
+    rng
+        Source of the resamples.
+    level
+        Coverage of the interval.
+    resamples
+        Number of bootstrap resamples.
+    """
+    won = [
+        wins(ours, theirs)
+        for ours, theirs in zip(all_tasks(values), all_tasks(reference), strict=True)
+    ]
+    return mean_interval(won, rng, level=level, resamples=resamples)
 
 
 def _bootstrap(
-    arrays: list[Values],
-    statistic: Callable[[list[Values]], Values],
+    members: list[Tasks],
+    combine: Callable[[list[Values]], Values],
     rng: np.random.Generator,
+    summary: Summary,
     level: float,
     resamples: int,
 ) -> Estimate:
-    """Bootstrap a statistic of the means of several arrays that share their seeds."""
+    """Bootstrap what combines the means of several arrays that share their seeds."""
     if not 0.0 < level < 1.0:
         raise ValueError(f"level is {level}; it must lie between 0 and 1")
-    present = ~np.isnan(np.stack(arrays)).any(axis=0)
-    seeds = present.sum(axis=0).astype(np.int64)
+    sizes = np.array([len(task) for task in all_tasks(members[0])], np.int64)
+    runs = np.broadcast_arrays(*(_all_runs(member) for member in members))
+    present = ~np.isnan(np.stack(runs)).any(axis=0)
     value, low, high = (np.full(present.shape[1], np.nan) for _ in range(3))
     # Columns measured on the same seeds share their resamples; mostly that is all of them.
-    patterns, member = np.unique(present.T, axis=0, return_inverse=True)
+    patterns, column_pattern = np.unique(present.T, axis=0, return_inverse=True)
     for index, pattern in enumerate(patterns):
-        count = int(pattern.sum())
-        if count == 0:
+        if not pattern.any():
             continue
-        columns = member.ravel() == index
-        data = [array[np.ix_(pattern, columns)] for array in arrays]
+        columns = column_pattern.ravel() == index
+        data = [member[np.ix_(pattern, columns)] for member in runs]
+        counts, fewest = _resampled(_sizes_within(sizes, pattern), rng, resamples)
+        once = np.ones((len(counts), 1))
         with np.errstate(invalid="ignore", divide="ignore"):
-            value[columns] = statistic([one.mean(axis=0) for one in data])
-            if count < 2:
+            value[columns] = combine([RESAMPLED[summary](each, once) for each in data])[:, 0]
+            if not fewest:
                 continue
-            weights = rng.multinomial(count, np.full(count, 1 / count), resamples) / count
-            drawn = statistic([weights @ one for one in data])
-        low[columns], high[columns] = np.quantile(drawn, interval_levels(count, level), axis=0)
-    return Estimate(value, low, high, seeds)
+            drawn = combine([RESAMPLED[summary](each, counts) for each in data])
+            ends = np.quantile(drawn, interval_levels(fewest, level), axis=1)
+        low[columns], high[columns] = ends
+    return Estimate(value, low, high, present.sum(axis=0).astype(np.int64))
+
+
+def all_tasks(values: Tasks) -> Sequence[Values]:
+    """Return the array of every task (ours)."""
+    return [values] if isinstance(values, np.ndarray) else values
+
+
+def _all_runs(values: Tasks) -> Values:
+    """Return the (runs, columns) of all tasks below one another."""
+    tasks = all_tasks(values)
+    return np.concatenate(tasks) if tasks else np.empty((0, 0))
+
+
+def _sizes_within(sizes: NDArray[np.int64], pattern: NDArray[np.bool_]) -> list[int]:
+    """Return how many of the runs of a pattern each task has."""
+    return [int(part.sum()) for part in np.split(pattern, np.cumsum(sizes)[:-1]) if part.any()]
+
+
+def _resampled(sizes: list[int], rng: np.random.Generator, resamples: int) -> tuple[Values, int]:
+    """Draw seeds within each task; return (runs, resamples) counts, and the fewest seeds.
+
+    The fewest are those of the smallest task that has two or more, 0 if none has: then nothing can
+    be resampled.
+    """
+    several = [size for size in sizes if size > 1]
+    if not several:
+        return np.ones((sum(sizes), 0)), 0
+    counts = [
+        np.ones((resamples, 1))
+        if size == 1
+        else rng.multinomial(size, np.full(size, 1 / size), resamples)
+        for size in sizes
+    ]
+    return np.ascontiguousarray(np.hstack(counts).T, np.float64), min(several)
 
 
 def interval_levels(seeds: int, level: float = DEFAULT_LEVEL) -> tuple[float, float]:

@@ -107,7 +107,7 @@ class Comparison:
         reference = self.labels.index(self.reference)
         estimate = paired_difference(
             values,
-            np.repeat(values[:, [reference]], values.shape[1], axis=1),
+            values[:, [reference]],
             stream(0, "bootstrap", "comparison", measure),
         )
         exact = self._exact()

@@ -7,7 +7,6 @@ from dmil.statistics import (
     mean_interval,
     paired_difference,
     paired_ratio_of_ratios,
-    standard_deviation,
 )
 
 
@@ -103,13 +102,6 @@ def test_same_generator_same_interval():
     values = stream(8, "data").normal(size=(9, 4))
     first, second = (mean_interval(values, stream(8, "bootstrap")) for _ in range(2))
     assert np.array_equal(first.low, second.low)
-
-
-def test_standard_deviation_skips_missing_runs():
-    values = np.array([[1.0, 5.0, np.nan], [3.0, np.nan, np.nan]])
-    deviation = standard_deviation(values)
-    assert deviation[0] == pytest.approx(np.sqrt(2.0))
-    assert np.isnan(deviation[1:]).all()
 
 
 def test_level_outside_its_range_is_refused():
