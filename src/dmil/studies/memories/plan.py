@@ -1,0 +1,136 @@
+"""What the study of memories runs: contenders, cells, and units of both with a seed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+from dmil.controllers import CONTROLLERS
+from dmil.controllers.variants import parse_variant
+from dmil.errors import unknown_name
+from dmil.studies.memories.cells import GRID_CELLS, Cell, city_cells
+from dmil.studies.memories.settings import MemoriesStudySettings
+
+PRESET = "memories"
+REFERENCE = "max-pressure"
+ONE_INTERSECTION = ("foresight",)
+"""Controllers that plan for a single intersection only."""
+DEEP = ("dqn", "dqn-prioritised", "dqn-hindsight", "nec", "vdn")
+CONTENDERS = (
+    "random",
+    "fixed-cycle",
+    "webster",
+    "gap-out",
+    "sotl",
+    "longest-queue-first",
+    "longest-queue-first,approaching=true",
+    REFERENCE,
+    "max-pressure,approaching=true",
+    "foresight",
+    "sarsa,epsilon=0.05",
+    "sarsa,embedding=complex,epsilon=0.05",
+    "dual-memory,epsilon=0.05",
+    "mfec",
+    "plmp",
+    *DEEP,
+    "factored",
+    "lookahead",
+)
+"""Who runs by default. The paper's agents explore as little as the other rivals do: with its ε of
+.6 and .4 they would choose at random half of the time."""
+
+
+@dataclass(frozen=True, slots=True)
+class MemoriesUnit:
+    """One controller in one cell with one seed: its training and its run.
+
+    Attributes
+    ----------
+    preset, scenario: str
+    load: float
+    seed: int
+    controller: str
+        With its options.
+    """
+
+    preset: str
+    scenario: str
+    load: float
+    seed: int
+    controller: str
+
+    @property
+    def cell(self) -> Cell:
+        """Where it is."""
+        return Cell(self.scenario, self.load)
+
+
+def cells(settings: MemoriesStudySettings) -> list[Cell]:
+    """Return where the study runs (ours).
+
+    Raises
+    ------
+    InputError
+        A name is wrong, or there are no files where they should be.
+    """
+    names = settings.cells
+    if not names:
+        names = GRID_CELLS + (() if settings.data is None else city_cells(settings.data))
+    return [Cell.parse(name) for name in names]
+
+
+def contenders(settings: MemoriesStudySettings) -> list[str]:
+    """Return the labels of all controllers of the study, ablations last (ours).
+
+    Raises
+    ------
+    InputError
+        There is no such controller or option.
+    """
+    chosen = settings.controllers or [
+        text for text in CONTENDERS if parse_variant(text).name in CONTROLLERS
+    ]
+    labels = [parse_variant(text).label for text in (*chosen, *settings.ablations)]
+    for label in labels:
+        name = parse_variant(label).name
+        if ":" not in name and name not in CONTROLLERS:
+            raise unknown_name("controller", name, CONTROLLERS)
+    labels = list(dict.fromkeys(labels))
+    if settings.deep or settings.controllers:
+        return labels
+    return [label for label in labels if parse_variant(label).name not in DEEP]
+
+
+def units(settings: MemoriesStudySettings) -> list[MemoriesUnit]:
+    """Return all units of the study; those that share vehicles follow each other (ours)."""
+    seeds = range(settings.first_seed, settings.first_seed + settings.seeds)
+    labels = contenders(settings)
+    return [
+        MemoriesUnit(PRESET, cell.scenario, cell.load, seed, label)
+        for cell, seed, label in product(cells(settings), seeds, labels)
+        if fits(label, cell)
+    ]
+
+
+def fits(label: str, cell: Cell) -> bool:
+    """Tell whether a controller can run in a cell (ours)."""
+    single = cell.scenario.partition("/")[0] == "grid:1x1"
+    return single or parse_variant(label).name not in ONE_INTERSECTION
+
+
+def options_of(settings: MemoriesStudySettings, label: str) -> dict[str, Any]:
+    """Return a controller's options: those that it is named with go over the tuned (ours)."""
+    variant = parse_variant(label)
+    return settings.tuned.get(variant.name, {}) | dict(variant.options)
+
+
+def learns(label: str) -> bool:
+    """Tell whether a controller has a memory to train (ours)."""
+    name = parse_variant(label).name
+    return name in CONTROLLERS and CONTROLLERS[name].learns
+
+
+def is_trained(settings: MemoriesStudySettings, label: str) -> bool:
+    """Tell whether a controller is trained before its test (ours)."""
+    return learns(label) and parse_variant(label).name not in settings.untrained

@@ -1,0 +1,164 @@
+"""Run one unit: train a controller where it is trained, then let it meet the test's vehicles."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import asdict
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dmil.controllers import CONTROLLERS, Controller, make_controller
+from dmil.controllers.registry import make_settings
+from dmil.controllers.variants import parse_variant
+from dmil.rewards import make_reward
+from dmil.scenarios import Scenario
+from dmil.simulation import QueueSimulator
+from dmil.studies.block import SIMULATOR, BlockResult, Row, measures_row, series_rows
+from dmil.studies.memories.cells import Cell
+from dmil.studies.memories.overtaking import decisions_until_better
+from dmil.studies.memories.plan import REFERENCE, MemoriesUnit, is_trained, learns, options_of
+from dmil.studies.memories.settings import MemoriesStudySettings
+from dmil.training import Run, evaluate, train, vehicles_of_seed
+
+SERIES_EVERY_S = 60
+"""The course of a run is kept at about this distance."""
+Courses = tuple[npt.NDArray[np.int32], ...]
+
+
+def run_unit(settings: MemoriesStudySettings, unit: MemoriesUnit) -> BlockResult:
+    """Train and test one controller; a run that fails becomes a row that says so (ours)."""
+    made, simulator = _place(unit.cell, settings.horizon_s, settings.data)
+    trained = is_trained(settings, unit.controller)
+    identity = _identity(settings, unit)
+    row: Row = identity | {
+        "study": "memories",
+        "horizon_s": made.horizon_s,
+        "intersections": len(made.network.intersections),
+        "trained_in": SIMULATOR if trained else None,
+        "training_s": made.horizon_s * settings.episodes if trained else None,
+    }
+    result = BlockResult(unit, [], [])
+    reward = make_reward(identity["reward"] or settings.reward)
+    phase, started = "training", time.perf_counter()
+    episodes: list[Run] = []
+
+    def keep(number: int, run: Run) -> None:
+        episodes.append(run)
+        result.episodes.append(identity | {"trained_in": SIMULATOR} | _episode(number, run))
+
+    try:
+        controller = make_controller(
+            parse_variant(unit.controller).name, options_of(settings, unit.controller)
+        )
+        if trained:
+            numbers = range(settings.episodes)
+            train(
+                made,
+                controller,
+                reward,
+                unit.seed,
+                episodes=numbers,
+                after_episode=keep,
+                simulator=simulator,
+            )
+        training_wall_s = time.perf_counter() - started
+        phase, before = "test", lookups_of(controller)
+        vehicles = vehicles_of_seed(made, unit.seed)
+        run = evaluate(simulator, controller, vehicles, reward, unit.seed)
+    except Exception as error:
+        where = f"episode {len(episodes)} of the training" if phase == "training" else "the test"
+        result.runs.append(row | {"status": f"{type(error).__name__}: {error} (in {where})"})
+        return result
+    if learns(unit.controller):
+        count = settings.episodes if trained else 0
+        courses = _reference_courses(unit.cell, settings.horizon_s, settings.data, unit.seed, count)
+        row["decisions_until_better"] = decisions_until_better(
+            [each.measures.queued_at for each in (*episodes, run)],
+            courses,
+            made.timing.decision_interval_s,
+        )
+    result.runs.append(row | measures_row(run.measures, run.memory[-1]) | {"status": "ok"})
+    result.series.extend(identity | each for each in _thinned(series_rows(run)))
+    result.lookups.extend(
+        identity | {"source": source, "lookups": count - before.get(source, 0)}
+        for source, count in lookups_of(controller).items()
+    )
+    result.timings.append(
+        identity
+        | {
+            "decisions": run.decisions,
+            "decide_s": run.decide_s,
+            "training_wall_s": training_wall_s if trained else None,
+        }
+    )
+    return result
+
+
+def lookups_of(controller: Controller) -> dict[str, int]:
+    """Return how often a controller has read its memory, by source; empty if it does not count."""
+    count = getattr(controller, "lookups", None)
+    return {} if count is None else {name: int(number) for name, number in count().items()}
+
+
+@lru_cache(maxsize=2)
+def _place(cell: Cell, horizon_s: int, data: Path | None) -> tuple[Scenario, QueueSimulator]:
+    """Return a cell's scenario and simulator; the last ones stay, with all derived from them."""
+    made = cell.build(horizon_s, data)
+    return made, QueueSimulator(made)
+
+
+# The learners of one cell and seed follow each other in the plan.
+@lru_cache(maxsize=2)
+def _reference_courses(
+    cell: Cell, horizon_s: int, data: Path | None, seed: int, episodes: int
+) -> Courses:
+    """Return max-pressure's queue in every second of the training episodes and of the test."""
+    made, simulator = _place(cell, horizon_s, data)
+    controller, reward = make_controller(REFERENCE), make_reward("queue")
+    runs = train(made, controller, reward, seed, episodes=range(episodes), simulator=simulator)
+    runs.append(evaluate(simulator, controller, vehicles_of_seed(made, seed), reward, seed))
+    return tuple(run.measures.queued_at for run in runs)
+
+
+def _identity(settings: MemoriesStudySettings, unit: MemoriesUnit) -> Row:
+    """Return what tells the run from all others, and what it learns with."""
+    name = parse_variant(unit.controller).name
+    entry = CONTROLLERS.get(name)
+    options: Any = None
+    if entry is not None and entry.settings is not None:
+        where = f"controller '{name}'"
+        options = make_settings(entry.settings, options_of(settings, unit.controller), where=where)
+    reward = settings.rewards.get(name, settings.reward)
+    return asdict(unit) | {
+        "embedding": getattr(options, "embedding", None),
+        "communication": getattr(options, "communication", False),
+        "reward": reward if learns(unit.controller) else None,
+        "epsilon": getattr(options, "epsilon", None),
+        "simulator": SIMULATOR,
+    }
+
+
+def _episode(number: int, run: Run) -> Row:
+    return {
+        "episode": number,
+        "delay_s": run.measures.delay_s,
+        "travel_time_s": run.measures.travel_time_s,
+        "wait_per_spawned_s": run.measures.wait_per_spawned_s,
+        "mean_queue_veh": run.measures.mean_queue_veh,
+        "entries_per_agent": run.memory[-1].entries,
+        "bytes_total": run.memory[-1].bytes_total,
+    }
+
+
+def _thinned(rows: list[Row]) -> list[Row]:
+    """Return the first row of every minute, and the last of all."""
+    kept, until = [], 0
+    for row in rows[:-1]:
+        if row["time_s"] >= until:
+            kept.append(row)
+            until = row["time_s"] - row["time_s"] % SERIES_EVERY_S + SERIES_EVERY_S
+    return [*kept, rows[-1]]
