@@ -30,6 +30,22 @@ def explores(draws: npt.NDArray[np.float64], epsilon: float) -> bool:
 
 
 @kernel
+def unseen_action(fallback: int, draw: float, count: int) -> int:
+    """Return what is done in an unseen state: the fallback, or if it is negative a random action.
+
+    Parameters
+    ----------
+    fallback: int
+        An action, or −1.
+    draw: float
+        Uniform draw in [0, 1).
+    count: int
+        Number of actions.
+    """
+    return fallback if fallback >= 0 else uniform_action(draw, count)
+
+
+@kernel
 def greedy_action(
     value: npt.NDArray[np.float64], image: npt.NDArray[np.int32], count: int, draw: float
 ) -> int:

@@ -6,30 +6,37 @@ from functools import lru_cache
 
 from dmil.compilation import kernel
 from dmil.controllers.agents import Agents, classes_of
-from dmil.controllers.choice import explores, uniform_action
+from dmil.controllers.choice import explores, uniform_action, unseen_action
 from dmil.controllers.prior import Prior
 from dmil.controllers.protocol import Arrays, MemoryUse
 from dmil.controllers.settings import DualMemorySettings
 from dmil.controllers.tabular import FIRST_CAPACITY, Step, TabularLearner
 from dmil.memory import (
     ABSENT,
+    Admission,
     BestTable,
     DualMemory,
     Scratch,
     ValueTable,
+    admission_of,
     average_best,
     best_table_with_room,
     bests_of,
     bytes_used,
     find_both,
     import_best,
+    keep_most_frequent,
+    make_admission,
     make_best_table,
     make_scratch,
     make_value_table,
     pack,
+    pack_admission,
     recall,
     recalled_value,
+    remark,
     remember,
+    unpack_admission,
     unpack_bests,
     unpack_values,
     value_table_with_room,
@@ -79,12 +86,18 @@ class DualMemoryController(TabularLearner):
             table_entries=0.0,
             msize=(3 * long_total + int(short.rows.size.dot(actions))) / agents,
             entries_total=short_total + self._stored_once(long.rows.size),
-            bytes_total=bytes_used(short.rows, short[1:]) + bytes_used(long.rows, long[1:]),
+            bytes_total=bytes_used(short.rows, short[1:])
+            + bytes_used(long.rows, long[1:])
+            + sum(array.nbytes for array in self.memory.admission[:-1]),
         )
 
     def arrays(self) -> Arrays:
-        """Return both memories as flat arrays."""
-        parts = {"short": pack(self.memory.short), "long": pack(self.memory.long)}
+        """Return both memories, and under a cap what was counted, as flat arrays."""
+        parts = {
+            "short": pack(self.memory.short),
+            "long": pack(self.memory.long),
+            "admission": pack_admission(self.memory.admission),
+        }
         packed = {
             f"{part}.{name}": array
             for part, arrays in parts.items()
@@ -104,13 +117,27 @@ class DualMemoryController(TabularLearner):
         short = unpack_values(_part(packed, "short"), self.memory.short)
         long = unpack_bests(_part(packed, "long"), self.memory.long)
         self._check_common(common, long.rows)
+        admission = unpack_admission(
+            _part(packed, "admission"),
+            self.settings.long_capacity,
+            long.rows.size,
+        )
+        for agent, shape in enumerate(self.agents.shape if self.settings.long_capacity else ()):
+            remark(long.rows, admission, self._classes, agent, shape, self._scratch)
         # The arrays may come from a short-term memory of another capacity than ours.
         short = value_table_with_room(short, self.settings.short_capacity)
-        self._memory, self._common = self._with_rules(short, long), common
+        self._memory, self._common = self._with_rules(short, long, admission), common
 
     def _start(self, network: RoadNetwork, agents: Agents) -> None:
-        ratio, significance = self.settings.staged_ratio, self.settings.significance
-        start = starting_bests(network, self._embedding, self._prior, ratio, significance)
+        settings = self.settings
+        start, admission = starting_bests(
+            network,
+            self._embedding,
+            self._prior,
+            settings.staged_ratio,
+            settings.significance,
+            settings.long_capacity,
+        )
         self._common = start.rows.size.copy()
         short = make_value_table(
             agents.shape.size,
@@ -120,9 +147,9 @@ class DualMemoryController(TabularLearner):
             self._classes.tolerance,
         )
         long = bests_of(start, agents.shape, start.rows.keys.shape[1])
-        self._memory = self._with_rules(short, long)
+        self._memory = self._with_rules(short, long, admission_of(admission, agents.shape))
 
-    def _with_rules(self, short: ValueTable, long: BestTable) -> DualMemory:
+    def _with_rules(self, short: ValueTable, long: BestTable, admission: Admission) -> DualMemory:
         settings = self.settings
         return DualMemory(
             short=short,
@@ -132,12 +159,20 @@ class DualMemoryController(TabularLearner):
             significance=settings.significance,
             stage_by_visits=settings.staging == "visits",
             stage_period=settings.stage_period,
+            stage_untried=settings.stage_untried,
+            admission=admission,
         )
 
     def _take(self, step: Step) -> None:
         # One decision stages at most all that an agent's short-term memory can hold.
-        self._make_room(self.memory.short.value.shape[1])
+        more, cap = self.memory.short.value.shape[1], self.settings.long_capacity
+        self._make_room(min(more, cap - int(self.memory.long.rows.size.max())) if cap else more)
         decide_dual_memory(self._classes, self.memory, step, self._scratch)
+        if cap:
+            # What one agent has replaced is common no more.
+            for shape, members in enumerate(self.agents.members):
+                untouched = self.memory.admission.untouched[members].min()
+                self._common[shape] = min(self._common[shape], untouched)
 
     def _make_room(self, more: int) -> None:
         long = best_table_with_room(self.memory.long, more)
@@ -149,6 +184,14 @@ class DualMemoryController(TabularLearner):
             common = int(self._common[shape])
             self._make_room(int((self.memory.long.rows.size[members] - common).sum()))
             average_best(self.memory.long, self._classes, members, common, self._scratch)
+            if self.settings.long_capacity:
+                keep_most_frequent(
+                    self.memory.long,
+                    self.memory.admission,
+                    self._classes,
+                    members,
+                    self._scratch,
+                )
             self._common[shape] = self.memory.long.rows.size[members[0]]
 
 
@@ -167,21 +210,28 @@ def starting_bests(
     prior: Prior | None,
     staged_ratio: float,
     significance: float,
-) -> BestTable:
+    capacity: int,
+) -> tuple[BestTable, Admission]:
     """Return long-term memories with shapes as owners, filled from an exact Q-table (ours).
+
+    With what was counted for their cap.
 
     The result is shared by all agents that start from the same prior: copy it, never change it.
     """
     classes = classes_of(network, embedding)
     shapes, _, places = classes.orientation_image.shape
     rows = 0 if prior is None else int(prior.table.rows.size.max())
-    table = make_best_table(shapes, FIRST_CAPACITY + rows, places, classes.tolerance)
+    room = min(rows, capacity) if capacity else rows
+    table = make_best_table(shapes, FIRST_CAPACITY + room, places, classes.tolerance)
+    admission = make_admission(shapes, capacity)
     if prior is None:
-        return table
+        return table, admission
     scratch = make_scratch(classes)
     for shape in range(shapes):
-        import_best(prior.table, table, classes, shape, staged_ratio, significance, scratch)
-    return table
+        import_best(
+            prior.table, table, classes, shape, staged_ratio, significance, scratch, admission
+        )
+    return table, admission
 
 
 @kernel
@@ -203,12 +253,13 @@ def decide_dual_memory(classes: Classes, memory: DualMemory, step: Step, scratch
         draws = step.draws[agent]
         embed(classes, step.state[agent], key)
         found = find_both(memory, classes, agent, shape, key, scratch)
-        action = ABSENT
-        if not explores(draws, step.epsilon):
+        count = classes.phase_count[shape]
+        if explores(draws, step.epsilon):
+            action = uniform_action(draws[1], count)
+        else:
             action = recall(memory, classes, agent, shape, found)
-        if action == ABSENT:
-            # It explores, or the state is unseen.
-            action = uniform_action(draws[1], classes.phase_count[shape])
+            if action == ABSENT:
+                action = unseen_action(step.fallback[agent], draws[1], count)
         step.action[agent] = action
         if not step.learns:
             continue

@@ -8,7 +8,7 @@ import numpy as np
 
 from dmil.compilation import kernel
 from dmil.controllers.agents import Agents, classes_of
-from dmil.controllers.choice import explores, greedy_action, uniform_action
+from dmil.controllers.choice import explores, greedy_action, uniform_action, unseen_action
 from dmil.controllers.prior import Prior
 from dmil.controllers.protocol import Arrays, IntArray, MemoryUse
 from dmil.controllers.settings import SarsaSettings
@@ -179,9 +179,10 @@ def decide_sarsa(
         embed(classes, step.state[agent], key)
         row, variant = look_up(table.rows, classes, mine, shape, key, scratch)
         count, image = classes.phase_count[shape], classes.phase_image[shape, variant]
-        if row == ABSENT or explores(draws, step.epsilon):
-            # An unseen state takes a random action.
+        if explores(draws, step.epsilon):
             action = uniform_action(draws[1], count)
+        elif row == ABSENT:
+            action = unseen_action(step.fallback[agent], draws[1], count)
         else:
             action = greedy_action(table.value[mine, row], image, count, draws[2])
         step.action[agent] = action

@@ -6,6 +6,9 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+LARGEST_CAPACITY = 1_000_000
+"""Largest cap on a memory: what is allocated at once for every agent."""
+
 
 class FixedCycleSettings(BaseModel):
     """A fixed cycle."""
@@ -73,6 +76,11 @@ class LearnerSettings(BaseModel):
     learning: bool = Field(
         default=True, description="Whether the memory changes; off for a frozen evaluation."
     )
+    unseen: Literal["random", "longest-queue"] = Field(
+        default="random",
+        description="What an unseen state does: a random action [A], or what longest-queue-first "
+        "does.",
+    )
 
 
 class SarsaSettings(LearnerSettings):
@@ -106,6 +114,18 @@ class DualMemorySettings(LearnerSettings):
         ge=0,
         description="T_stage of the analysis: stage after so many learning decisions, or when full "
         "if that is sooner; 0: only when full.",
+    )
+    stage_untried: bool = Field(
+        default=False,
+        description="Let an untried action, with its Q of 0, be the best of a row that is staged; "
+        "off: only what was tried is staged [A].",
+    )
+    long_capacity: int = Field(
+        default=0,
+        ge=0,
+        le=LARGEST_CAPACITY,
+        description="Most rows of an agent's long-term memory: when it is full, the less frequent "
+        "of two classes goes; 0: no cap.",
     )
     significance: float = Field(
         default=0.1, ge=0, description="A Q is significantly better if above old + this·|old| [A]."

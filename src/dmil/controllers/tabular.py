@@ -10,11 +10,12 @@ import numpy as np
 from dmil.controllers.agents import Agents, agents_of, classes_of
 from dmil.controllers.choice import DRAWS
 from dmil.controllers.meetings import Meetings
+from dmil.controllers.merits import PhaseChoice
 from dmil.controllers.prior import Prior
 from dmil.controllers.protocol import Arrays, FloatArray, IntArray, Situation
 from dmil.controllers.settings import LearnerSettings
 from dmil.errors import PolicyError
-from dmil.memory import Rows, make_scratch
+from dmil.memory import ABSENT, Rows, make_scratch
 from dmil.network import RoadNetwork
 from dmil.simulation import Observation
 from dmil.symmetry import Classes, embedding
@@ -38,6 +39,8 @@ class Step(NamedTuple):
         Reward of the last action.
     draws: (agents, 3) float64
         See `dmil.controllers.choice.DRAWS`.
+    fallback: (agents,) int32
+        What to do in an unseen state; −1: a random action.
     epsilon, learning_rate, discount: float
     learns: bool
         Whether there is a last action to learn from.
@@ -50,6 +53,7 @@ class Step(NamedTuple):
     action: IntArray
     reward: FloatArray
     draws: FloatArray
+    fallback: IntArray
     epsilon: float
     learning_rate: float
     discount: float
@@ -100,6 +104,9 @@ class TabularLearner(ABC):
         self._scratch = make_scratch(self._classes)
         self._rng, self._epsilon = situation.rng, self.settings.epsilon
         self._meetings = Meetings(self.settings)
+        self._longest_queue = None
+        if self.settings.unseen == "longest-queue":
+            self._longest_queue = PhaseChoice(network, situation.timing, hysteresis=0.0)
         count, places = len(network.intersections), self._classes.orientation_image.shape[2]
         self._key, self._key_before = np.zeros((2, count, places), np.int32)
         self._action = np.zeros(count, np.int32)
@@ -118,6 +125,7 @@ class TabularLearner(ABC):
             action=np.empty_like(self._action),
             reward=np.zeros(count) if reward is None else reward,
             draws=self._rng.random((count, DRAWS)),
+            fallback=self._fallback(observation),
             epsilon=self._epsilon,
             learning_rate=settings.learning_rate,
             discount=settings.discount,
@@ -129,6 +137,11 @@ class TabularLearner(ABC):
         if settings.learning and self._meetings.due(observation.time_s):
             self._meet()
         return step.action
+
+    def _fallback(self, observation: Observation) -> IntArray:
+        if self._longest_queue is None:
+            return np.full(self._action.size, ABSENT, np.int32)
+        return self._longest_queue.best(observation.queue_veh, observation.phase)
 
     @property
     def agents(self) -> Agents:

@@ -1,20 +1,36 @@
 """What an agent remembers: one compiled table under the Q-table, short- and long-term memory."""
 
-from dmil.memory.central import average_best, average_values
+from dmil.memory.admission import (
+    NO_CAP,
+    Admission,
+    admission_of,
+    admit,
+    frequency,
+    make_admission,
+    mark_of,
+    record,
+    remark,
+)
+from dmil.memory.central import average_best, average_values, keep_most_frequent
 from dmil.memory.dual import (
     DualMemory,
     Found,
-    consolidate,
     find_both,
     recall,
     recalled_value,
-    remember,
     significantly_better,
-    stage,
 )
 from dmil.memory.imports import import_best, import_values
-from dmil.memory.packing import bytes_used, pack, unpack_bests, unpack_values
-from dmil.memory.rows import ABSENT, Rows, append, clear, find, make_rows
+from dmil.memory.packing import (
+    bytes_used,
+    pack,
+    pack_admission,
+    unpack_admission,
+    unpack_bests,
+    unpack_values,
+)
+from dmil.memory.rows import ABSENT, Rows, append, clear, find, make_rows, replace
+from dmil.memory.staging import consolidate, remember, stage
 from dmil.memory.tables import (
     BestTable,
     Scratch,
@@ -34,12 +50,16 @@ from dmil.memory.tables import (
 
 __all__ = [
     "ABSENT",
+    "NO_CAP",
+    "Admission",
     "BestTable",
     "DualMemory",
     "Found",
     "Rows",
     "Scratch",
     "ValueTable",
+    "admission_of",
+    "admit",
     "append",
     "average_best",
     "average_values",
@@ -51,19 +71,28 @@ __all__ = [
     "consolidate",
     "find",
     "find_both",
+    "frequency",
     "import_best",
     "import_values",
+    "keep_most_frequent",
     "look_up",
+    "make_admission",
     "make_best_table",
     "make_rows",
     "make_scratch",
     "make_value_table",
+    "mark_of",
     "pack",
+    "pack_admission",
     "recall",
     "recalled_value",
+    "record",
+    "remark",
     "remember",
+    "replace",
     "significantly_better",
     "stage",
+    "unpack_admission",
     "unpack_bests",
     "unpack_values",
     "value_table_with_room",

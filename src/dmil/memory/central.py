@@ -1,8 +1,8 @@
 """The central unit: agents of one shape send their memory and get back the average of all.
 
-After a meeting all memories are equal, and until the next one each agent only appends rows. So the
-rows known at the last meeting carry the same numbers everywhere and need no look-up: only rows
-that are new since are matched by class.
+After a meeting all memories are equal, and until the next one each agent only appends rows, or
+under a cap replaces some. So the leading rows that nobody has replaced since the last meeting carry
+the same numbers everywhere and need no look-up: only those behind them are matched by class.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from dmil.compilation import allocating_kernel
-from dmil.memory.rows import ABSENT
+from dmil.memory.admission import Admission, frequency, mark_of
+from dmil.memory.rows import ABSENT, append, clear
 from dmil.memory.tables import (
     BestTable,
     IntArray,
@@ -110,3 +111,48 @@ def average_best(
         table.action[first, row] = best
     for member in members[1:]:
         copy_best(table, first, member)
+
+
+@allocating_kernel
+def keep_most_frequent(
+    table: BestTable, admission: Admission, classes: Classes, members: IntArray, scratch: Scratch
+) -> None:
+    """Cut what all members have in common down to the cap (ours).
+
+    The classes stay that all members together met most often lately, of equals the older; each
+    member goes on counting for itself.
+
+    Parameters
+    ----------
+    table
+        Memories of all agents, those of the members equal; changed in place.
+    admission
+        The cap, and how often each agent met which class.
+    classes, members, scratch
+        See `average_best`.
+    """
+    first = members[0]
+    shape = classes.shape[first]
+    size = table.rows.size[first]
+    mark = np.zeros(size, np.int64)
+    met = np.zeros(size, np.int64)
+    for row in range(size):
+        mark[row] = mark_of(
+            classes, shape, table.rows.keys[first, row], table.rows.tolerance, scratch
+        )
+        for member in members:
+            met[row] += frequency(admission, member, mark[row])
+    kept = np.sort(np.argsort(-met, kind="mergesort")[: admission.capacity])
+    if kept.size < size:
+        keys = table.rows.keys[first, :size].copy()
+        clear(table.rows, first)
+        for row, old in enumerate(kept):
+            append(table.rows, first, keys[old])
+            table.action[first, row] = table.action[first, old]
+            table.value[first, row] = table.value[first, old]
+    for member in members:
+        if member != first:
+            copy_best(table, first, member)
+        for row, old in enumerate(kept):
+            admission.mark[member, row] = mark[old]
+        admission.untouched[member] = admission.capacity

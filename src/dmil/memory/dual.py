@@ -1,6 +1,6 @@
-"""Dual memory: a short-term table of values that stages its best rows to a long-term one.
+"""Dual memory: a short-term table of values beside a long-term one, and how both are read.
 
-The paper's Algorithms 1 and 2, and the reading rule between them.
+`dmil.memory.staging` writes it: the paper's Algorithms 1 and 2.
 """
 
 from __future__ import annotations
@@ -8,18 +8,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from dmil.compilation import kernel
+from dmil.memory.admission import NO_CAP, Admission
 from dmil.memory.rows import ABSENT, find
-from dmil.memory.tables import (
-    BestTable,
-    IntArray,
-    Scratch,
-    ValueTable,
-    best_tried,
-    clear_values,
-    forget_values,
-    look_up_or_append,
-    write_found,
-)
+from dmil.memory.tables import BestTable, IntArray, Scratch, ValueTable, best_tried
 from dmil.symmetry import Classes, vary
 
 
@@ -43,6 +34,10 @@ class DualMemory(NamedTuple):
         algorithm).
     stage_period: int
         T_stage: stage after this many writes instead of when full; 0 for the rule "when full".
+    stage_untried: bool
+        Whether an untried action with its Q of 0 may be the best of a row that is staged.
+    admission: Admission
+        Cap on the long-term memory, and who may stay under it.
     """
 
     short: ValueTable
@@ -52,6 +47,8 @@ class DualMemory(NamedTuple):
     significance: float
     stage_by_visits: bool
     stage_period: int
+    stage_untried: bool = False
+    admission: Admission = NO_CAP
 
 
 @kernel
@@ -78,95 +75,6 @@ def find_both(
     short_row, short_variant = find(memory.short.rows, owner, scratch.variants, count)
     long_row, long_variant = find(memory.long.rows, owner, scratch.variants, count)
     return Found(short_row, short_variant, long_row, long_variant)
-
-
-@kernel
-def remember(
-    memory: DualMemory,
-    classes: Classes,
-    owner: int,
-    shape: int,
-    key: IntArray,
-    found: Found,
-    action: int,
-    value: float,
-    scratch: Scratch,
-) -> None:
-    """Insert into short-term memory; stage if it is full (Algorithm 1).
-
-    With a stage period the memory stages when the writes since the last staging reach it. The
-    counts of visits add up to just those writes, because staging empties the memory.
-    """
-    row, variant = found.short_row, found.short_variant
-    write_found(memory.short, classes, owner, shape, key, row, variant, action, value)
-    size = memory.short.rows.size[owner]
-    due = size >= memory.short_capacity
-    if memory.stage_period > 0:
-        writes = 0
-        for row in range(size):
-            writes += memory.short.visits[owner, row]
-        due = due or writes >= memory.stage_period
-    if due:
-        stage(memory, classes, owner, shape, scratch)
-
-
-@kernel
-def stage(memory: DualMemory, classes: Classes, owner: int, shape: int, scratch: Scratch) -> None:
-    """Move the best part of short-term memory to long-term memory and empty it (Algorithm 1)."""
-    short = memory.short
-    size = short.rows.size[owner]
-    # 1e-9: κ·m_s in floats may exceed a whole number by a rounding error.
-    wanted = int(-((-memory.staged_ratio * size + 1e-9) // 1))
-    for _ in range(wanted):
-        chosen, chosen_action, chosen_merit = ABSENT, ABSENT, 0.0
-        for row in range(size):
-            action = best_tried(short, owner, row, classes.phase_count[shape])
-            if action == ABSENT:
-                continue
-            merit = short.value[owner, row, action]
-            if memory.stage_by_visits:
-                merit = float(short.visits[owner, row])
-            if chosen == ABSENT or merit > chosen_merit:
-                chosen, chosen_action, chosen_merit = row, action, merit
-        if chosen == ABSENT:
-            break
-        consolidate(
-            memory.long,
-            classes,
-            owner,
-            shape,
-            short.rows.keys[owner, chosen],
-            chosen_action,
-            short.value[owner, chosen, chosen_action],
-            memory.significance,
-            scratch,
-        )
-        # A row without tried actions is not chosen again.
-        forget_values(short, owner, chosen)
-    clear_values(short, owner)
-
-
-@kernel
-def consolidate(
-    long: BestTable,
-    classes: Classes,
-    owner: int,
-    shape: int,
-    key: IntArray,
-    action: int,
-    value: float,
-    significance: float,
-    scratch: Scratch,
-) -> None:
-    """Insert one staged row into long-term memory (Algorithm 2).
-
-    A new class is stored; a known one is replaced only by a significantly better Q.
-    """
-    before = long.rows.size[owner]
-    row, variant = look_up_or_append(long.rows, classes, owner, shape, key, scratch)
-    if row == before or significantly_better(value, long.value[owner, row], significance):
-        long.action[owner, row] = classes.phase_image[shape, variant, action]
-        long.value[owner, row] = value
 
 
 @kernel

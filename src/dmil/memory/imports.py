@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from dmil.compilation import allocating_kernel, kernel
-from dmil.memory.dual import consolidate
+from dmil.memory.admission import NO_CAP, Admission, mark_of, record
 from dmil.memory.rows import ABSENT
+from dmil.memory.staging import consolidate
 from dmil.memory.tables import BestTable, Scratch, ValueTable, best_tried, look_up_or_append
 from dmil.symmetry import Classes, embed
 
@@ -43,7 +44,6 @@ def import_values(
         table.visits[shape, row] += source.visits[shape, origin]
 
 
-@allocating_kernel
 def import_best(
     source: ValueTable,
     table: BestTable,
@@ -52,8 +52,12 @@ def import_best(
     staged_ratio: float,
     significance: float,
     scratch: Scratch,
+    admission: Admission = NO_CAP,
 ) -> None:
     """Stage the ``staged_ratio`` part of an exact Q-table with the highest Q (specification, §7).
+
+    Under a cap all visits of the source are counted first, so that the most frequent of those that
+    are staged stay.
 
     Parameters
     ----------
@@ -68,7 +72,41 @@ def import_best(
         See `DualMemory`.
     scratch
         Working space.
+    admission
+        Cap on the table.
     """
+    if admission.capacity:
+        _record_all(source, table, admission, classes, shape, scratch)
+    _consolidate_best(source, table, admission, classes, shape, staged_ratio, significance, scratch)
+
+
+@kernel
+def _record_all(
+    source: ValueTable,
+    table: BestTable,
+    admission: Admission,
+    classes: Classes,
+    shape: int,
+    scratch: Scratch,
+) -> None:
+    for row in range(source.rows.size[shape]):
+        embed(classes, source.rows.keys[shape, row], scratch.key)
+        mark = mark_of(classes, shape, scratch.key, table.rows.tolerance, scratch)
+        for _ in range(source.visits[shape, row]):
+            record(admission, shape, mark)
+
+
+@allocating_kernel
+def _consolidate_best(
+    source: ValueTable,
+    table: BestTable,
+    admission: Admission,
+    classes: Classes,
+    shape: int,
+    staged_ratio: float,
+    significance: float,
+    scratch: Scratch,
+) -> None:
     size = source.rows.size[shape]
     count = classes.phase_count[shape]
     best = np.empty(size, np.int32)
@@ -84,6 +122,7 @@ def import_best(
         embed(classes, source.rows.keys[shape, row], scratch.key)
         consolidate(
             table,
+            admission,
             classes,
             shape,
             shape,

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from dmil.compilation import kernel
 from dmil.errors import PolicyError
+from dmil.memory.admission import NO_CAP, Admission, make_admission
 from dmil.memory.rows import Rows, append
 from dmil.memory.tables import (
     BestTable,
@@ -19,6 +20,9 @@ from dmil.memory.tables import (
 )
 
 Arrays = Mapping[str, npt.NDArray[Any]]
+
+COUNTED = ("counts", "recorded", "hand")
+"""What of an admission does not follow from the keys."""
 
 
 def bytes_used(rows: Rows, columns: Sequence[npt.NDArray[Any]]) -> int:
@@ -95,6 +99,46 @@ def unpack_bests(arrays: Arrays, like: BestTable) -> BestTable:
     table = make_best_table(owners, most, places, like.rows.tolerance)
     _refill(table, arrays)
     return table
+
+
+def pack_admission(admission: Admission) -> dict[str, npt.NDArray[Any]]:
+    """Return what an admission counted, empty without a cap; the rest follows from the keys."""
+    return {name: getattr(admission, name).copy() for name in COUNTED if admission.capacity}
+
+
+def unpack_admission(arrays: Arrays, capacity: int, size: npt.NDArray[np.int32]) -> Admission:
+    """Rebuild an admission from its packed form; its marks follow from the keys (ours).
+
+    Parameters
+    ----------
+    arrays
+        What `pack_admission` returned.
+    capacity: int
+        See `make_admission`.
+    size: (owners,) int32
+        Rows stored under it.
+
+    Raises
+    ------
+    PolicyError
+        If the arrays are not those of such an admission, or there are more rows.
+    """
+    if not capacity:
+        return NO_CAP
+    if size.max() > capacity:
+        raise PolicyError(
+            f"{size.max()} rows in the long-term memory of one agent",
+            where="saved memory",
+            expected=f"at most long_capacity = {capacity}",
+            mend="use it with the long_capacity that it was saved with, or train it again",
+        )
+    admission = make_admission(size.size, capacity)
+    for name in COUNTED:
+        found, wanted = arrays.get(name), getattr(admission, name)
+        if found is None or found.shape != wanted.shape or found.dtype != wanted.dtype:
+            raise _misfit(name, found, f"{wanted.shape} {wanted.dtype}")
+        wanted[:] = found
+    return admission
 
 
 def _most_rows(arrays: Arrays, like: ValueTable | BestTable) -> int:

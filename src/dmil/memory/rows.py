@@ -3,8 +3,8 @@
 A table holds, for each owner, rows that are found by a key (a vector of whole numbers). Without a
 tolerance a row is found by hashing. With one, every place and value of a key has a set of the rows
 that are within the tolerance there, one bit a row: the rows near a key are the intersection of one
-set per place, 64 rows at a time. Rows are only ever appended or emptied as a whole: the number of a
-row never changes.
+set per place, 64 rows at a time. Rows are appended, given another key in their place, or emptied as
+a whole: the number of a row never changes.
 """
 
 from __future__ import annotations
@@ -101,6 +101,8 @@ def rows_of(rows: Rows, owners: npt.NDArray[np.integer], capacity: int) -> Rows:
 def find(rows: Rows, owner: int, variants: IntArray, count: int) -> tuple[int, int]:
     """Find the row of a class: the nearest key by L1, of equally near ones the oldest (§5).
 
+    The oldest is the one with the lowest number; `replace` gives a row another key in its place.
+
     Parameters
     ----------
     rows
@@ -139,13 +141,28 @@ def append(rows: Rows, owner: int, key: IntArray) -> int:
     """
     row = rows.size[owner]
     rows.size[owner] = row + 1
+    _enter(rows, owner, row, key)
+    return int(row)
+
+
+@kernel
+def replace(rows: Rows, owner: int, row: int, key: IntArray) -> None:
+    """Give a row a key that is not in the table; the key it had is found no more."""
+    if rows.tolerance == 0:
+        _hash_out(rows, owner, row)
+    else:
+        _unmark(rows, owner, row)
+    _enter(rows, owner, row, key)
+
+
+@kernel
+def _enter(rows: Rows, owner: int, row: int, key: IntArray) -> None:
     for place in range(key.shape[0]):
         rows.keys[owner, row, place] = key[place]
     if rows.tolerance == 0:
         _hash_in(rows, owner, row)
     else:
         _mark(rows, owner, row)
-    return int(row)
 
 
 @kernel
@@ -218,6 +235,25 @@ def _hash_in(rows: Rows, owner: int, row: int) -> None:
 
 
 @kernel
+def _hash_out(rows: Rows, owner: int, row: int) -> None:
+    """Take a row out of the hash table, and move up those that had to make way for others."""
+    slots = rows.slots[owner]
+    mask = slots.shape[0] - 1
+    gap = _hash(rows.keys[owner, row]) & mask
+    while slots[gap] != row:
+        gap = (gap + 1) & mask
+    place = (gap + 1) & mask
+    while slots[place] != ABSENT:
+        home = _hash(rows.keys[owner, slots[place]]) & mask
+        # It is looked for from its home on: it may stand at the gap unless that lies before.
+        if (place - home) & mask >= (place - gap) & mask:
+            slots[gap] = slots[place]
+            gap = place
+        place = (place + 1) & mask
+    slots[gap] = ABSENT
+
+
+@kernel
 def _rehash(rows: Rows) -> None:
     for owner in range(rows.size.shape[0]):
         for slot in range(rows.slots.shape[1]):
@@ -274,3 +310,12 @@ def _mark(rows: Rows, owner: int, row: int) -> None:
         value = rows.keys[owner, row, place]
         for near_value in range(value - rows.tolerance, value + rows.tolerance + 1):
             rows.near[owner, place, near_value & (LEVELS - 1), row // WORD_BITS] |= bit
+
+
+@kernel
+def _unmark(rows: Rows, owner: int, row: int) -> None:
+    """Take a row out of all sets: no other row has its bit."""
+    others = ~(np.uint64(1) << np.uint64(row % WORD_BITS))
+    for place in range(rows.keys.shape[2]):
+        for level in range(LEVELS):
+            rows.near[owner, place, level, row // WORD_BITS] &= others

@@ -1,0 +1,132 @@
+"""How a dual memory is written: insert and stage (Algorithm 1), consolidate (Algorithm 2)."""
+
+from __future__ import annotations
+
+from dmil.compilation import kernel
+from dmil.memory.admission import Admission, admit, mark_of, record
+from dmil.memory.dual import DualMemory, Found, significantly_better
+from dmil.memory.rows import ABSENT
+from dmil.memory.tables import (
+    BestTable,
+    IntArray,
+    Scratch,
+    best_tried,
+    clear_values,
+    forget_values,
+    look_up,
+    write_found,
+)
+from dmil.symmetry import Classes
+
+
+@kernel
+def remember(
+    memory: DualMemory,
+    classes: Classes,
+    owner: int,
+    shape: int,
+    key: IntArray,
+    found: Found,
+    action: int,
+    value: float,
+    scratch: Scratch,
+) -> None:
+    """Insert into short-term memory; stage if it is full (Algorithm 1).
+
+    With a stage period the memory stages when the writes since the last staging reach it. The
+    counts of visits add up to just those writes, because staging empties the memory.
+    """
+    row, variant = found.short_row, found.short_variant
+    write_found(memory.short, classes, owner, shape, key, row, variant, action, value)
+    if memory.admission.capacity > 0:
+        mark = mark_of(classes, shape, key, memory.long.rows.tolerance, scratch)
+        record(memory.admission, owner, mark)
+    size = memory.short.rows.size[owner]
+    due = size >= memory.short_capacity
+    if memory.stage_period > 0:
+        writes = 0
+        for row in range(size):
+            writes += memory.short.visits[owner, row]
+        due = due or writes >= memory.stage_period
+    if due:
+        stage(memory, classes, owner, shape, scratch)
+
+
+@kernel
+def stage(memory: DualMemory, classes: Classes, owner: int, shape: int, scratch: Scratch) -> None:
+    """Move the best part of short-term memory to long-term memory and empty it (Algorithm 1)."""
+    short = memory.short
+    size = short.rows.size[owner]
+    # 1e-9: κ·m_s in floats may exceed a whole number by a rounding error.
+    wanted = int(-((-memory.staged_ratio * size + 1e-9) // 1))
+    for _ in range(wanted):
+        chosen, chosen_action, chosen_merit = ABSENT, ABSENT, 0.0
+        for row in range(size):
+            action = _staged_action(memory, owner, row, classes.phase_count[shape])
+            if action == ABSENT:
+                continue
+            merit = short.value[owner, row, action]
+            if memory.stage_by_visits:
+                merit = float(short.visits[owner, row])
+            if chosen == ABSENT or merit > chosen_merit:
+                chosen, chosen_action, chosen_merit = row, action, merit
+        if chosen == ABSENT:
+            break
+        consolidate(
+            memory.long,
+            memory.admission,
+            classes,
+            owner,
+            shape,
+            short.rows.keys[owner, chosen],
+            chosen_action,
+            short.value[owner, chosen, chosen_action],
+            memory.significance,
+            scratch,
+        )
+        # A row without tried actions is not chosen again.
+        forget_values(short, owner, chosen)
+    clear_values(short, owner)
+
+
+@kernel
+def _staged_action(memory: DualMemory, owner: int, row: int, count: int) -> int:
+    """Return the best action of a row, `ABSENT` if it was staged already."""
+    best = best_tried(memory.short, owner, row, count)
+    if best != ABSENT and memory.stage_untried:
+        for action in range(count):
+            # What was not tried is 0.
+            if memory.short.value[owner, row, action] > memory.short.value[owner, row, best]:
+                best = action
+    return best
+
+
+@kernel
+def consolidate(
+    long: BestTable,
+    admission: Admission,
+    classes: Classes,
+    owner: int,
+    shape: int,
+    key: IntArray,
+    action: int,
+    value: float,
+    significance: float,
+    scratch: Scratch,
+) -> None:
+    """Insert one staged row into long-term memory (Algorithm 2).
+
+    A new class is stored, if there is room or a less frequent one makes way; a known one is
+    replaced only by a significantly better Q.
+    """
+    row, variant = look_up(long.rows, classes, owner, shape, key, scratch)
+    if row == ABSENT:
+        row = admit(long.rows, admission, classes, owner, shape, key, scratch)
+        if row == ABSENT:
+            return
+        better = True
+    else:
+        better = significantly_better(value, long.value[owner, row], significance)
+    if better:
+        long.action[owner, row] = classes.phase_image[shape, variant, action]
+        long.value[owner, row] = value
