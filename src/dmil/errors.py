@@ -99,7 +99,7 @@ class DivergedError(DmilError):
     controller
         Name of the controller.
     what
-        Which of its numbers, with their verb, such as "values of the phases are".
+        Which of its numbers, such as "values of the phases".
     at_time_s
         Time since the run began.
     """
@@ -109,7 +109,7 @@ class DivergedError(DmilError):
         self.what = what
         self.at_time_s = at_time_s
         super().__init__(
-            f"controller '{controller}' diverged at {at_time_s} s: {what} not finite. "
+            f"controller '{controller}' diverged at {at_time_s} s: {what} that are not finite. "
             "Smaller rewards or a smaller learning rate may mend it."
         )
 

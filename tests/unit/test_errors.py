@@ -68,10 +68,10 @@ def test_an_unknown_name_near_nothing_suggests_nothing():
 
 
 def test_divergence_says_who_what_and_when_and_survives_the_way_between_processes():
-    error = pickle.loads(pickle.dumps(DivergedError("dqn", "values of the phases are", 120)))
+    error = pickle.loads(pickle.dumps(DivergedError("dqn", "values of the phases", 120)))
     assert (error.controller, error.what, error.at_time_s) == (
         "dqn",
-        "values of the phases are",
+        "values of the phases",
         120,
     )
-    assert "'dqn' diverged at 120 s: values of the phases are not finite" in str(error)
+    assert "'dqn' diverged at 120 s: values of the phases that are not finite" in str(error)

@@ -63,7 +63,7 @@ class TrainParameters(ScenarioRecipe, SimulatorChoice):
     prior: bool = Field(
         True,
         description="Begin with what a dummy agent (exact SARSA, ε = 0.1) learns in one run, as in "
-        "the paper's training phase.",
+        "the paper's training phase; for sarsa and dual-memory.",
     )
     out: Path | None = Field(
         None, description="File of the policy, .npz; with --resume by default the resumed one."
@@ -136,7 +136,7 @@ def train(settings: TrainParameters, json: bool) -> None:
             compile_kernels()
     if before is not None:
         controller = controller_of(before, scenario.network, where=str(settings.resume))
-    elif settings.prior and settings.controller.name in CONTROLLERS:
+    elif settings.prior and _begins_from_prior(settings.controller.name):
         with waiting("training the dummy agent"):
             prior = train_prior(scenario, reward, settings.seed, simulator=simulator)
         made = make_controller(settings.controller.name, options, prior=prior)
@@ -205,6 +205,10 @@ def _resumed(settings: TrainParameters, policy: Policy, where: str) -> TrainPara
             )
     lengths = {name: getattr(settings, name) for name in ("episodes", "out", "resume")}
     return trained.model_copy(update=lengths)
+
+
+def _begins_from_prior(name: str) -> bool:
+    return name in CONTROLLERS and CONTROLLERS[name].from_prior
 
 
 def _checked(settings: TrainParameters, options: dict[str, Any]) -> MemoryController:

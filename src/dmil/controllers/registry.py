@@ -16,6 +16,13 @@ from dmil.controllers.baselines import (
     ProgramController,
     RandomController,
 )
+from dmil.controllers.deep import on_demand
+from dmil.controllers.deep.settings import (
+    DqnSettings,
+    HindsightSettings,
+    PrioritisedSettings,
+    VdnSettings,
+)
 from dmil.controllers.dual_memory import DualMemoryController
 from dmil.controllers.prior import Prior
 from dmil.controllers.protocol import Controller
@@ -38,20 +45,23 @@ class Entry:
     Attributes
     ----------
     make
-        Its class; takes the settings as first argument where it has some, and the keyword
-        ``prior`` where it learns.
+        Its class, or a function that loads it; takes the settings as first argument where it has
+        some, and the keyword ``prior`` where it begins from one.
     settings
         Class of its settings, None if it has none.
     learns: bool
         Whether it has a memory to train.
     summary: str
         One line for people.
+    from_prior: bool
+        Whether it can begin from what a dummy agent learned.
     """
 
     make: Any
     settings: type[BaseModel] | None
     learns: bool
     summary: str
+    from_prior: bool = False
 
 
 CONTROLLERS: dict[str, Entry] = {
@@ -76,10 +86,42 @@ CONTROLLERS: dict[str, Entry] = {
         "the phase with the highest pressure (Varaiya 2013)",
     ),
     "sarsa": Entry(
-        SarsaController, SarsaSettings, True, "the paper's non-memory agent, for any embedding"
+        SarsaController,
+        SarsaSettings,
+        True,
+        "the paper's non-memory agent, for any embedding",
+        from_prior=True,
     ),
     "dual-memory": Entry(
-        DualMemoryController, DualMemorySettings, True, "the paper's memory-based agent"
+        DualMemoryController,
+        DualMemorySettings,
+        True,
+        "the paper's memory-based agent",
+        from_prior=True,
+    ),
+    "dqn": Entry(
+        on_demand("dqn", "DqnController"),
+        DqnSettings,
+        True,
+        "deep Q-network with experience replay (Mnih 2015)",
+    ),
+    "dqn-prioritised": Entry(
+        on_demand("dqn_prioritised", "PrioritisedController"),
+        PrioritisedSettings,
+        True,
+        "the same with prioritised replay (Schaul 2016)",
+    ),
+    "dqn-hindsight": Entry(
+        on_demand("dqn_hindsight", "HindsightController"),
+        HindsightSettings,
+        True,
+        "the same with goals and hindsight replay (Andrychowicz 2017); an ablation",
+    ),
+    "vdn": Entry(
+        on_demand("vdn", "VdnController"),
+        VdnSettings,
+        True,
+        "value decomposition network: one error on the sum of all values (Sunehag 2018)",
     ),
 }
 """The named controllers."""
@@ -98,7 +140,7 @@ def make_controller(
     options
         Values for the fields of the controller's settings.
     prior
-        What a learner starts from; controllers that do not learn ignore it.
+        What a learner starts from; controllers that have no use for it ignore it.
 
     Raises
     ------
@@ -121,7 +163,7 @@ def make_controller(
         made: Controller = entry.make()
         return made
     settings = make_settings(entry.settings, options, where=f"controller '{name}'")
-    made = entry.make(settings, prior=prior) if entry.learns else entry.make(settings)
+    made = entry.make(settings, prior=prior) if entry.from_prior else entry.make(settings)
     return made
 
 

@@ -13,6 +13,7 @@ from dmil.memory.saved import saved_array
 Array = npt.NDArray[Any]
 Arrays = Mapping[str, Array]
 LongArray = npt.NDArray[np.int64]
+Columns = dict[str, tuple[npt.DTypeLike, Sequence[int]]]
 WRITTEN = "written"
 
 
@@ -29,9 +30,7 @@ class Replay:
         Name of each column to the type of its numbers and the shape of what a row has there.
     """
 
-    def __init__(
-        self, capacity: int, columns: Mapping[str, tuple[npt.DTypeLike, Sequence[int]]]
-    ) -> None:
+    def __init__(self, capacity: int, columns: Columns) -> None:
         self.capacity = capacity
         # The system gives memory to what is touched, so an empty ring costs next to nothing.
         self._columns = {

@@ -1,0 +1,161 @@
+"""Value decomposition network (Sunehag et al. 2018).
+
+See docs/controllers/vdn.md.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import torch
+
+from dmil.controllers.deep.learner import DeepLearner
+from dmil.controllers.deep.q_network import QNetwork, features
+from dmil.controllers.deep.settings import VdnSettings
+from dmil.controllers.protocol import Arrays, IntArray, MemoryUse, Situation
+from dmil.errors import PolicyError
+from dmil.memory.replay import Columns, Replay
+from dmil.memory.saved import named, part, saved_array
+
+Floats = npt.NDArray[np.float32]
+Counts = npt.NDArray[np.integer]
+DECISIONS = "decisions"
+
+
+class VdnController(DeepLearner):
+    """Agents that learn one value together: Q_tot = Σ_i Q_i(o_i, a_i), one error on the sum.
+
+    The team's reward is the sum of all intersections' rewards. Each agent chooses by its own Q_i,
+    which together maximise the sum. Agents of one shape share a network, which also sees which of
+    them it is.
+
+    Differs from the paper: no recurrent layers and no dueling heads; agents of different shapes
+    have different networks.
+
+    Parameters
+    ----------
+    settings
+        See `VdnSettings`.
+    """
+
+    settings: VdnSettings
+
+    def __init__(self, settings: VdnSettings | None = None) -> None:
+        super().__init__("vdn", settings or VdnSettings())
+
+    def begin(self, situation: Situation) -> None:
+        """Get ready for a run; see `SharedLearner.begin`.
+
+        Raises
+        ------
+        PolicyError
+            If this controller learned on another network.
+        """
+        before = self._agents
+        super().begin(situation)
+        if before is not None and not np.array_equal(before.shape, self.agents.shape):
+            raise PolicyError(
+                "it learned with other intersections",
+                where=f"controller on network '{situation.network.name}'",
+                expected="the network that it learned on, where each agent has its place",
+                mend="make a new controller for another network",
+            )
+
+    def memory_use(self) -> MemoryUse:
+        """Return how much is remembered now: the team's transitions that can be replayed."""
+        size = self._replay.size
+        networks = sum(network.bytes_used for network in self._networks)
+        return MemoryUse(0.0, 0.0, size, size, size, networks + self._replay.bytes_used)
+
+    def arrays(self) -> Arrays:
+        """Return networks, moments and transitions as flat arrays."""
+        saved: dict[str, npt.NDArray[Any]] = {DECISIONS: np.array(self._decisions, np.int64)}
+        for shape, network in enumerate(self._networks):
+            saved |= named(str(shape), network.arrays())
+        return {**saved, **named("replay", self._replay.arrays())}
+
+    def restore(self, arrays: Arrays) -> None:
+        """Replace networks, moments and transitions.
+
+        Raises
+        ------
+        PolicyError
+            If the arrays are not those of the same networks and agents.
+        """
+        decisions = int(saved_array(arrays, DECISIONS, (), np.int64, least=0))
+        for shape, network in enumerate(self._networks):
+            network.restore(part(str(shape), arrays))
+        self._replay.restore(part("replay", arrays))
+        self._decisions = decisions
+
+    def _start(self, situation: Situation) -> None:
+        settings, members = self.settings, self.agents.members
+        self._networks = [
+            QNetwork(self.places + of.size, int(self._phase_count[of[0]]), settings, self._rng)
+            for of in members
+        ]
+        # Which member of its shape an agent is.
+        self._index = [torch.eye(of.size, dtype=torch.float32) for of in members]
+        agents = self.agents.shape.size
+        columns: Columns = {
+            "state": (np.uint16, (agents, self.places)),
+            "action": (np.int16, (agents,)),
+            "reward": (np.float32, ()),
+            "following": (np.uint16, (agents, self.places)),
+        }
+        self._replay = Replay(settings.buffer_capacity, columns)
+
+    def _values(self, state: IntArray) -> Floats:
+        value = np.zeros((len(state), self._phase_count.max()), np.float32)
+        for shape, members in enumerate(self.agents.members):
+            with torch.no_grad():
+                found = self._networks[shape].network(self._seen(state[None], shape)).numpy()
+            value[members, : found.shape[1]] = found
+        return value
+
+    def _seen(self, state: Counts, shape: int) -> Any:
+        """Return what a shape's network takes: (batch · members, inputs) float32 tensor.
+
+        Parameters
+        ----------
+        state: (batch, agents, places) int
+        shape: int
+        """
+        index = self._index[shape]
+        mine = features(state[:, self.agents.members[shape]])
+        who = index.expand(len(state), *index.shape)
+        return torch.cat([mine, who], 2).flatten(0, 1)
+
+    def _remember(
+        self, state: IntArray, action: IntArray, reward: Floats, following: IntArray
+    ) -> None:
+        self._replay.append(
+            state=state[None],
+            action=action[None],
+            reward=reward.sum(keepdims=True),
+            following=following[None],
+        )
+
+    def _train(self) -> None:
+        settings, replay, networks = self.settings, self._replay, self._networks
+        if replay.size < settings.batch_size:
+            return
+        rows = replay.sample(self._rng.random(settings.batch_size))
+        state, following = replay.take("state", rows), replay.take("following", rows)
+        action = torch.from_numpy(replay.take("action", rows).astype(np.int64))
+        team, best = torch.zeros(rows.size), torch.zeros(rows.size)
+        for shape, (network, members) in enumerate(zip(networks, self.agents.members, strict=True)):
+            own = network.network(self._seen(state, shape))
+            chosen = own.gather(1, action[:, members].reshape(-1, 1))
+            team = team + chosen.view(rows.size, -1).sum(1)
+            with torch.no_grad():
+                others = network.network(self._seen(following, shape), network.target)
+                best += others.amax(1).view(rows.size, -1).sum(1)
+        target = torch.from_numpy(replay.take("reward", rows)) + settings.discount * best
+        self._expect_finite((target - team.detach()).numpy(), "errors of the values")
+        loss = torch.nn.functional.smooth_l1_loss(team, target)
+        weights = [network.network.weights for network in networks]
+        for network, gradient in zip(networks, torch.autograd.grad(loss, weights), strict=True):
+            network.learn(gradient)
