@@ -78,7 +78,8 @@ class Twins:
         for i in read if touches else []:
             plain.entries[i]["used"] = self.time
         expected = sum(plain.entries[i]["value"] for i in read) / len(read)
-        assert estimate(self.compiled, table, key, self.nearest, touches) == expected
+        found = estimate(self.compiled, table, key, self.nearest, touches)
+        assert found == (expected, index is not None)
 
     def keep_best(self, table, key, outcome):
         plain = self.plain[table]

@@ -17,6 +17,7 @@ from dmil.controllers.choice import DRAWS, explores, greedy_action, uniform_acti
 from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
 from dmil.errors import DivergedError, PolicyError
 from dmil.memory.neighbours import KeyArray
+from dmil.memory.saved import saved_array
 from dmil.network import RoadNetwork
 from dmil.simulation import Observation
 
@@ -179,15 +180,7 @@ class SharedLearner(ABC):
         PolicyError
             If there is none.
         """
-        found = arrays.get(DECISIONS)
-        if found is None or found.shape != (1,) or found.dtype != np.int64 or found[0] < 0:
-            raise PolicyError(
-                f"array '{DECISIONS}' is missing or not what it should be",
-                where="saved memory",
-                expected="the number of decisions that were learned from, int64",
-                mend="train it again with this version of dmil",
-            )
-        self._decisions = int(found[0])
+        self._decisions = int(saved_array(arrays, DECISIONS, (1,), np.int64, least=0)[0])
 
     @abstractmethod
     def _start(self, situation: Situation) -> None:

@@ -10,19 +10,22 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.compilation import kernel
 from dmil.controllers.by_shape import SharedLearner, as_keys
-from dmil.controllers.prior import Prior
 from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
 from dmil.controllers.returns import ReturnWindow
+from dmil.errors import DivergedError
 from dmil.memory.episodic import estimate, keep_best
 from dmil.memory.neighbours import (
     Entries,
     KeyArray,
     Neighbours,
+    TimeArray,
     make_entries,
     make_neighbours,
 )
 from dmil.memory.packed_entries import bytes_of_entries, pack_entries, unpack_entries
 from dmil.simulation import Observation
+
+SOURCES = ("exact", "neighbours", "untried")
 
 
 class MfecSettings(BaseModel):
@@ -79,15 +82,14 @@ class MfecController(SharedLearner):
     ----------
     settings
         See `MfecSettings`.
-    prior
-        Ignored: values of one-step SARSA are no returns.
     """
 
     _entries: Entries
 
-    def __init__(self, settings: MfecSettings | None = None, *, prior: Prior | None = None) -> None:
+    def __init__(self, settings: MfecSettings | None = None) -> None:
         self.settings = settings or MfecSettings()
         super().__init__("mfec", self.settings)
+        self._lookups = np.zeros(len(SOURCES), np.int64)
 
     def begin(self, situation: Situation) -> None:
         """Get ready for a run; see `SharedLearner.begin`."""
@@ -95,7 +97,13 @@ class MfecController(SharedLearner):
         self._window = ReturnWindow(self.settings.steps, self.settings.discount)
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
-        """Look all phases up, learn the return that is known now, choose ε-greedily."""
+        """Look all phases up, learn the return that is known now, choose ε-greedily.
+
+        Raises
+        ------
+        DivergedError
+            If a value or a return is not finite.
+        """
         settings, key = self.settings, as_keys(self.states(observation))
         # Who learns tries everything once; who does not keeps to what was tried.
         value = np.full((len(key), self._actions), np.inf if settings.learning else -np.inf)
@@ -107,14 +115,19 @@ class MfecController(SharedLearner):
             self._nearest,
             settings.learning,
             value,
+            self._lookups,
         )
         action = self.choose(value, observation.time_s)
         if settings.learning:
             if reward is not None:
-                self._learn(reward, value)
+                self._learn(reward, value, observation.time_s)
             self._window.choose(key, action)
             self._decisions += 1
         return action
+
+    def lookups(self) -> dict[str, int]:
+        """Return how often a state and phase were looked up so far, by where a value was found."""
+        return dict(zip(SOURCES, self._lookups.tolist(), strict=True))
 
     def memory_use(self) -> MemoryUse:
         """Return how much is remembered now: one entry per state and phase."""
@@ -143,11 +156,13 @@ class MfecController(SharedLearner):
         self._entries = make_entries(tables, self.settings.capacity, self.places)
         self._nearest = make_neighbours(self.settings.neighbours)
 
-    def _learn(self, reward: FloatArray, value: FloatArray) -> None:
+    def _learn(self, reward: FloatArray, value: FloatArray, time_s: int) -> None:
         tried = np.where(np.isfinite(value), value, -np.inf).max(axis=1)
         known = self.settings.bootstrap & np.isfinite(tried)
         outcome = self._window.reward(reward, np.where(known, tried, 0.0))
         if outcome is not None:
+            if not np.isfinite(outcome.value).all():
+                raise DivergedError("mfec", "returns", time_s)
             keep_all(self._entries, self.agents.shape, self._actions, *outcome)
 
 
@@ -160,6 +175,7 @@ def estimate_all(
     nearest: Neighbours,
     touches: bool,
     value: FloatArray,
+    lookups: TimeArray,
 ) -> None:
     """Look up the states of all agents under every phase.
 
@@ -175,13 +191,19 @@ def estimate_all(
         Whether what is read counts as used.
     value: (agents, actions) float64
         Filled in place where a table has entries.
+    lookups: (3,) int64
+        Look-ups by `SOURCES`, counted up.
     """
     actions = value.shape[1]
     for agent in range(shape.shape[0]):
         for action in range(phase_count[agent]):
             table = shape[agent] * actions + action
-            if entries.size[table] > 0:
-                value[agent, action] = estimate(entries, table, key[agent], nearest, touches)
+            if entries.size[table] == 0:
+                lookups[2] += 1
+                continue
+            found, exact = estimate(entries, table, key[agent], nearest, touches)
+            value[agent, action] = found
+            lookups[0 if exact else 1] += 1
 
 
 @kernel

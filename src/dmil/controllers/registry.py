@@ -24,6 +24,8 @@ from dmil.controllers.deep.settings import (
     VdnSettings,
 )
 from dmil.controllers.dual_memory import DualMemoryController
+from dmil.controllers.mfec import MfecController, MfecSettings
+from dmil.controllers.plmp import PlmpController, PlmpSettings
 from dmil.controllers.prior import Prior
 from dmil.controllers.protocol import Controller
 from dmil.controllers.sarsa import SarsaController
@@ -98,6 +100,15 @@ CONTROLLERS: dict[str, Entry] = {
         True,
         "the paper's memory-based agent",
         from_prior=True,
+    ),
+    "mfec": Entry(
+        MfecController, MfecSettings, True, "model-free episodic control (Blundell 2016)"
+    ),
+    "plmp": Entry(
+        PlmpController,
+        PlmpSettings,
+        True,
+        "pattern learning with memory and prediction (Han 2023), reconstructed",
     ),
     "dqn": Entry(
         on_demand("dqn", "DqnController"),

@@ -21,7 +21,7 @@ from dmil.memory.rows import ABSENT
 @kernel
 def estimate(
     entries: Entries, table: int, key: KeyArray, nearest: Neighbours, touches: bool
-) -> float:
+) -> tuple[float, bool]:
     """Return the value of a key: its own, else the mean of its nearest (Blundell 2016, eq. 2).
 
     Parameters
@@ -33,20 +33,25 @@ def estimate(
         Working space; its size is the number of neighbours.
     touches
         Whether the entries that were read count as used now.
+
+    Returns
+    -------
+    value, exact: float, bool
+        The value, and whether it is the key's own.
     """
     time = tick(entries) if touches else 0
     entry = find_key(entries, table, key)
     if entry != ABSENT:
         if touches:
             entries.used[table, entry] = time
-        return float(entries.value[table, entry])
+        return float(entries.value[table, entry]), True
     found, total = find_nearest(entries, table, key, nearest), 0.0
     for place in range(found):
         entry = nearest.entry[place]
         total += entries.value[table, entry]
         if touches:
             entries.used[table, entry] = time
-    return total / found
+    return total / found, False
 
 
 @kernel

@@ -20,6 +20,7 @@ from dmil.memory.neighbours import (
     insert,
     make_entries,
 )
+from dmil.memory.saved import saved_array
 
 
 def pack_entries(entries: Entries) -> dict[str, npt.NDArray[Any]]:
@@ -58,18 +59,22 @@ def unpack_entries(arrays: Mapping[str, npt.NDArray[Any]], like: Entries) -> Ent
     """
     tables, capacity = like.value.shape
     places = like.keys.shape[2]
-    _expect(arrays, "size", (tables,), np.int32)
-    size = arrays["size"]
-    if size.min() < 0 or size.max() > capacity:
-        raise _misfit("size", f"up to {size.max()} entries", f"at most {capacity} in a table")
+    size = saved_array(arrays, "size", (tables,), np.int32, least=0)
+    if size.max() > capacity:
+        raise PolicyError(
+            f"array 'size' says up to {size.max()} entries",
+            where="saved memory",
+            expected=f"at most {capacity} in a table",
+            mend="use it with the capacity that it was saved with",
+        )
     total = int(size.sum())
-    _expect(arrays, "clock", (1,), np.int64)
-    _expect(arrays, "keys", (total, places), np.float32)
-    _expect(arrays, "value", (total,), np.float64)
-    _expect(arrays, "used", (total,), np.int64)
+    clock = saved_array(arrays, "clock", (1,), np.int64, least=0)
+    keys = saved_array(arrays, "keys", (total, places), np.float32)
+    value = saved_array(arrays, "value", (total,), np.float64)
+    used = saved_array(arrays, "used", (total,), np.int64, least=0)
     entries = make_entries(tables, capacity, places)
-    _refill(entries, size, arrays["keys"], arrays["value"], arrays["used"])
-    entries.clock[:] = arrays["clock"]
+    _refill(entries, size, keys, value, used)
+    entries.clock[:] = clock
     return entries
 
 
@@ -103,21 +108,3 @@ def _refill(
         for _ in range(size[table]):
             insert(entries, table, keys[row], value[row], used[row])
             row += 1
-
-
-def _expect(
-    arrays: Mapping[str, npt.NDArray[Any]], name: str, shape: tuple[int, ...], dtype: type
-) -> None:
-    found = arrays.get(name)
-    if found is None or found.shape != shape or found.dtype != dtype:
-        problem = "missing" if found is None else f"{found.shape} {found.dtype}"
-        raise _misfit(name, problem, f"{shape} {np.dtype(dtype)}")
-
-
-def _misfit(name: str, found: str, expected: str) -> PolicyError:
-    return PolicyError(
-        found,
-        where=f"saved memory, array '{name}'",
-        expected=expected,
-        mend="use it with the network and the settings that it was saved with",
-    )

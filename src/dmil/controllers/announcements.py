@@ -1,0 +1,73 @@
+"""What upstream intersections announce: the vehicles that will join a queue next."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dmil.controllers.protocol import FloatArray, IntArray, Situation
+from dmil.simulation import Observation
+
+
+class Announcements:
+    """Predicts queues one decision ahead, if all signals stay as they are (ours).
+
+    A movement with green discharges its queue at the saturation flow of its lanes. What it
+    discharges spreads evenly over the movements of the link that it leads to, because who turns
+    where is not known, and joins the queues there if it arrives within the interval.
+
+    Parameters
+    ----------
+    situation
+        Network, timing and saturation flow.
+    """
+
+    def __init__(self, situation: Situation) -> None:
+        network, dynamics = situation.network, situation.dynamics
+        interval_s = situation.decision_interval_s
+        most = max(len(item.movements) for item in network.intersections)
+        phases = max(len(item.phases) for item in network.intersections)
+        links = len(network.links)
+        shape = len(network.intersections), most
+        # Padding has an index of its own after those of the links, where nobody ever queues.
+        self._exit_link = np.full(shape, links, np.int32)
+        self._queue_link = np.full(shape, links, np.int32)
+        self._flow_veh_per_s = np.zeros(shape)
+        # The last row is that of no phase: only what needs no signal is served.
+        self._served = np.zeros((shape[0], phases + 1, most), np.bool_)
+        for i, item in enumerate(network.intersections):
+            for j, movement in enumerate(item.movements):
+                self._exit_link[i, j] = network.link_index[movement.to_link]
+                self._queue_link[i, j] = network.link_index[movement.from_link]
+                lanes = max(1, len(movement.lanes))
+                self._flow_veh_per_s[i, j] = dynamics.saturation_flow_veh_per_s * lanes
+            for p, phase in enumerate(item.phases):
+                self._served[i, p, sorted(phase)] = True
+            self._served[i, :, sorted(item.unsignalled)] = True
+        on_link = np.bincount(self._queue_link.ravel(), minlength=links + 1)
+        self._movements = np.maximum(on_link, 1)
+        travel_s = np.array([link.free_flow_time_s for link in network.links])
+        self._interval_s = interval_s
+        # Who leaves later than this arrives after the interval.
+        self._in_time_s = np.append(np.clip(interval_s - travel_s, 0.0, None), 0.0)
+
+    def queue_ahead(self, observation: Observation) -> IntArray:
+        """Return queue − served + announced inflow, in whole vehicles: (intersections, movements).
+
+        Announced are those who approach, and those who will leave an upstream intersection early
+        enough to arrive.
+        """
+        queue = observation.queue_veh
+        rows = np.arange(queue.shape[0])
+        served = self._served[rows, observation.phase]
+        leaving = np.where(served, np.minimum(queue, self._flow_veh_per_s * self._interval_s), 0.0)
+        soon_s = self._in_time_s[self._exit_link]
+        arriving: FloatArray = np.where(
+            served, np.minimum(queue, self._flow_veh_per_s * soon_s), 0.0
+        )
+        on_link = np.bincount(
+            self._exit_link.ravel(), arriving.ravel(), minlength=self._movements.size
+        )
+        inflow = (on_link / self._movements)[self._queue_link]
+        inflow[self._queue_link == self._movements.size - 1] = 0.0
+        ahead = queue - leaving + observation.approaching_veh + inflow
+        return np.floor(ahead + 0.5).astype(np.int32)
