@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-LARGEST_CAPACITY = 1_000_000
+LARGEST_CAPACITY = 100_000
 """Largest cap on a memory: what is allocated at once for every agent."""
 
 
