@@ -37,7 +37,7 @@ class SimulatorRule(StrEnum):
     FRESH = "every call of make gives a new simulator"
     RUNS = "reset, advance and measures work from 0 s to the horizon"
     BEGIN = "a run begins at 0 s, with an empty network and no phase shown"
-    OBSERVATION = "observations are int32 arrays of the network's shape, none negative"
+    OBSERVATION = "observations are arrays of the network's shape and their type, none negative"
     TIME = "advance moves the time on by one decision interval, at most to the horizon"
     SIGNALS = "the phase shown is the one that was asked for, or the one before"
     MEASURES = "measures only grow, fit together, and are there for every second so far"
@@ -179,7 +179,8 @@ class Drive:
     def _check_begin(self, shown: Observation) -> None:
         rule, expect = SimulatorRule.BEGIN, self._witness.expect
         expect(shown.time_s == 0, rule, f"{shown.time_s} s", "0 s")
-        for name, value in (("queue_veh", 0), ("approaching_veh", 0), ("phase", -1)):
+        empty = ("queue_veh", 0), ("approaching_veh", 0), ("waiting_veh", 0), ("phase", -1)
+        for name, value in empty:
             found = np.unique(getattr(shown, name)).tolist()
             expect(found == [value], rule, f"{name} with {found}", f"{value} everywhere")
 
@@ -192,16 +193,16 @@ class Drive:
             "approaching_veh": (own.size, int(own.max())),
             "phase": own.shape,
             "phase_elapsed_s": own.shape,
+            "waiting_veh": (own.size, int(own.max())),
         }
         for name, shape in shapes.items():
+            kind = np.dtype(np.float64 if name == "waiting_veh" else np.int32)
             array: object = getattr(shown, name)
-            if not (
-                isinstance(array, np.ndarray) and array.shape == shape and array.dtype == np.int32
-            ):
+            if not (isinstance(array, np.ndarray) and array.shape == shape and array.dtype == kind):
                 self._witness.fail(
                     rule,
                     f"{name} is {array_in_words(array)}",
-                    f"an array of shape {shape} and type int32",
+                    f"an array of shape {shape} and type {kind}",
                 )
             least = -1 if name == "phase" else 0
             expect(array.min() >= least, rule, f"{name} with {array.min()}", f"{least} or more")

@@ -185,7 +185,7 @@ def too_late(self, phases):
 ONLY_ONE = QueueSimulator(SMALL)
 RULE = SimulatorRule
 WRONG = [
-    (RULE.VERBS, dict, "no reset and no advance and no measures and no network"),
+    (RULE.VERBS, dict, "no reset and no advance and no measures and no scenario"),
     (RULE.VERBS, small(measures=None), "no measures"),
     (RULE.FRESH, lambda: ONLY_ONE, "the same object twice"),
     (RULE.FRESH, ONLY_ONE, "not callable"),

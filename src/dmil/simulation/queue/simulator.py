@@ -50,6 +50,7 @@ class QueueSimulator:
         self._trips: Trips
         self._free_leg_s: npt.NDArray[np.int32]
         self._state: State | None = None
+        self._interval_s = 0
 
     @property
     def scenario(self) -> Scenario:
@@ -99,7 +100,8 @@ class QueueSimulator:
                 self._free_leg_s = build_trips(free_flow, self._layout, vehicles).leg_s
             self._vehicles = vehicles
         self._state = initial_state(self._layout, self._trips, self.horizon_s)
-        return self._observe(0)
+        self._interval_s = 0
+        return self._observe()
 
     def advance(self, phases: npt.NDArray[np.integer]) -> Observation:
         """Show the given phases for one decision interval (less where the horizon is nearer).
@@ -125,7 +127,8 @@ class QueueSimulator:
         kernel.advance(
             self._layout, self._trips, self.state, self._checked(phases), steps, self._rules
         )
-        return self._observe(steps)
+        self._interval_s = steps
+        return self._observe()
 
     def measures(self) -> Measures:
         """Return what has been measured since the last reset."""
@@ -165,7 +168,7 @@ class QueueSimulator:
         slow_s = np.concatenate([[0.0], np.cumsum(trips.leg_s - self._free_leg_s)])
         return float((slow_s[crossed] - slow_s[first]).sum())
 
-    def _observe(self, steps: int) -> Observation:
+    def _observe(self) -> Observation:
         state = self.state
         time_s = int(state.counters[TIME])
         return Observation(
@@ -174,7 +177,7 @@ class QueueSimulator:
             phase=state.phase.copy(),
             phase_elapsed_s=np.maximum(time_s - state.green_from_s, 0),
             time_s=time_s,
-            waiting_veh=state.waiting_steps / max(steps, 1),
+            waiting_veh=state.waiting_steps / max(self._interval_s, 1),
         )
 
     def _checked(self, phases: npt.NDArray[np.integer]) -> npt.NDArray[np.int32]:
