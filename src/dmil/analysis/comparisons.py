@@ -12,7 +12,7 @@ from dmil.analysis.cells import Cells
 from dmil.seeding import stream
 from dmil.statistics import Estimate, paired_difference, paired_ratio_of_ratios
 
-Relation = Literal["below", "above", "within", "not below"]
+Relation = Literal["below", "above", "within", "not below", "not above"]
 Outcome = Literal["shown", "opposite", "open"]
 
 
@@ -66,8 +66,8 @@ def judge(relation: Relation, threshold: float, low: float, high: float) -> Outc
     """Say whether an interval shows a relation to a threshold, its opposite, or leaves it open.
 
     "below": the whole interval lies below the threshold; "above": above it; "within": inside
-    ±threshold; "not below": its upper end is not below the threshold. Without an interval (one
-    seed) the question is open.
+    ±threshold; "not below": its upper end is not below the threshold; "not above": its lower end is
+    not above it. Without an interval (one seed) the question is open.
     """
     if np.isnan(low) or np.isnan(high):
         return "open"
@@ -77,6 +77,8 @@ def judge(relation: Relation, threshold: float, low: float, high: float) -> Outc
         return "opposite" if low > threshold or high < -threshold else "open"
     if relation == "not below":
         return "opposite" if high < threshold else "shown"
+    if relation == "not above":
+        return "opposite" if low > threshold else "shown"
     below, above = high < threshold, low > threshold
     if relation == "above":
         below, above = above, below

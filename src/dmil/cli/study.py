@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import typer
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from dmil.analysis import Tables, tables_of
-from dmil.analysis.resco import RescoTables, resco_tables
-from dmil.cli.application import FAILED, StoppedError
+from dmil.analysis.resco import resco_tables
+from dmil.cli.application import FAILED
 from dmil.cli.help import Command, CommandGroup
 from dmil.cli.parameters import Option, settings_command, split
+from dmil.cli.study_memories import memories
+from dmil.cli.study_running import RUNNING, RunningParameters, report_of, run_here
 from dmil.cli.study_tables import (
     agreement_lines,
     claim_lines,
@@ -22,16 +23,13 @@ from dmil.cli.study_tables import (
     resco_json,
     resco_table,
 )
-from dmil.cli.terminal import Progress, print_json, progress, say, show, show_lines, waiting
-from dmil.compilation import is_cold
+from dmil.cli.terminal import print_json, say, show, show_lines
 from dmil.errors import unknown_name
 from dmil.results import Results
 from dmil.studies import (
     PRESETS,
-    Executor,
     PaperStudySettings,
     RescoStudySettings,
-    make_executor,
     run_paper_study,
     run_resco_study,
 )
@@ -49,25 +47,6 @@ CELL_COLUMNS = (
     "vc_mean",
     "entries_mean",
 )
-
-
-class RunningParameters(BaseModel):
-    """How a study is run here."""
-
-    jobs: int | None = Field(
-        None, ge=1, description="Parallel processes; by default one per core. Same results."
-    )
-    executor: str = Field(
-        "local", description="Where runs happen: local (processes) or ray (extra 'ray')."
-    )
-    ray_address: str | None = Field(
-        None, description="Address of a Ray cluster; without it Ray is started here."
-    )
-    report: bool = Field(True, description="Whether to write the report, too.")
-
-    def make_executor(self) -> Executor:
-        """Make what runs it."""
-        return make_executor(self.executor, jobs=self.jobs, address=self.ray_address)
 
 
 class StudyParameters(PaperStudySettings, RunningParameters):
@@ -106,14 +85,6 @@ def _presets(text: str) -> list[str]:
             raise unknown_name("preset", name, [*PRESETS, "all"], where="--preset")
     return split(text)
 
-
-RUNNING = (
-    Option("out", "--out", "Running", "DIR"),
-    Option("jobs", "--jobs", "Running"),
-    Option("executor", "--executor", "Running"),
-    Option("ray_address", "--ray-address", "Running", "ADDRESS"),
-    Option("report", "--report", "Output"),
-)
 
 OPTIONS = (
     Option("presets", "--preset", "Study", "NAMES", read=_presets, default="all"),
@@ -157,6 +128,9 @@ def _studies(ctx: typer.Context) -> None:
         ctx.get_help()
 
 
+app.command(cls=Command)(memories)
+
+
 @app.command(cls=Command)
 @settings_command("study paper", StudyParameters, OPTIONS)
 def paper(settings: StudyParameters, json: bool) -> None:
@@ -185,13 +159,13 @@ def paper(settings: StudyParameters, json: bool) -> None:
     [F] fitted to its table.
     """
     started = time.perf_counter()
-    _run(run_paper_study, settings)
+    run_here(run_paper_study, settings)
     with Results(settings.out) as results:
         tables = tables_of(results)
         counts = results.query("select count(*) n, count(*) filter (status <> 'ok') f from runs")
         failure = results.query("select status from runs where status <> 'ok' limit 1")
         failed = int(counts["f"].item())
-        page = _report(settings.out, tables) if settings.report else None
+        page = report_of(settings.out, tables) if settings.report else None
         wall_s = round(time.perf_counter() - started, 3)
         if json:
             print_json(
@@ -239,12 +213,12 @@ def resco(settings: RescoParameters, json: bool) -> None:
     command continues. The results are the same bytes however many processes run.
     """
     started = time.perf_counter()
-    _run(run_resco_study, settings)
+    run_here(run_resco_study, settings)
     with Results(settings.out) as results:
         tables = resco_tables(results)
         counts = results.query("select count(*) n, count(*) filter (status <> 'ok') f from runs")
         failure = results.query("select status from runs where status <> 'ok' limit 1")
-        page = _report(settings.out, tables) if settings.report else None
+        page = report_of(settings.out, tables) if settings.report else None
         wall_s = round(time.perf_counter() - started, 3)
         failed = int(counts["f"].item())
         if json:
@@ -258,41 +232,6 @@ def resco(settings: RescoParameters, json: bool) -> None:
     if failed:
         say(f"{failed} runs failed, the first with: {failure['status'].item()}")
         raise typer.Exit(FAILED)
-
-
-def _run(run_study: Callable[..., None], settings: StudyParameters | RescoParameters) -> None:
-    executor = settings.make_executor()
-    with progress("blocks", first_word="starting") as advance:
-        try:
-            run_study(settings.study, settings.out, executor=executor, progress=_telling(advance))
-        except KeyboardInterrupt:
-            raise StoppedError(
-                f"what is finished is kept in {settings.out}; the same command continues"
-            ) from None
-
-
-def _telling(advance: Progress) -> Progress:
-    """Say what happens before the first block is finished, where it takes a while."""
-    begun: list[bool] = []
-
-    def tell(done: int, total: int) -> None:
-        if not begun:
-            begun.append(True)
-            if done == total:
-                say(f"The folder holds this study complete, all {total} blocks: nothing to run.")
-                return
-            if is_cold():
-                say("First start: the kernels are compiled once, which takes about half a minute.")
-        advance(done, total)
-
-    return tell
-
-
-def _report(folder: Path, tables: Tables | RescoTables | None = None) -> Path:
-    from dmil.reports import write_report
-
-    with waiting("writing the report"):
-        return write_report(folder, tables=tables)
 
 
 def _cell_rows(tables: Tables) -> list[dict[str, Any]]:

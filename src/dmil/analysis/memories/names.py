@@ -1,0 +1,62 @@
+"""Names of cells and controllers as the study writes them, and as a reader should see them."""
+
+from __future__ import annotations
+
+import re
+
+MAX_PRESSURE = "max-pressure"
+LONGEST_QUEUE = "longest-queue-first"
+LONGEST_QUEUE_APPROACHING = "longest-queue-first,approaching=true"
+REFERENCES: dict[str, str] = {
+    MAX_PRESSURE: "max_pressure",
+    LONGEST_QUEUE: "longest_queue",
+    LONGEST_QUEUE_APPROACHING: "approaching",
+}
+"""Whom differences are taken to, and what columns of these differences begin with."""
+CITY = "cityflow:"
+
+_SHORT = {
+    "approaching=true": "approaching",
+    "embedding=complex": "complex classes",
+}
+_CONTROLLERS = {
+    "longest-queue-first": "longest queue",
+    "dual-memory": "dual memory",
+    "fixed-cycle": "fixed cycle",
+    "gap-out": "gap-out",
+    "foresight": "foresight (knows the future)",
+    "webster": "Webster",
+    "dqn": "DQN",
+    "dqn-prioritised": "DQN, prioritised replay",
+    "dqn-hindsight": "DQN, hindsight replay",
+}
+_UPPER = {"sarsa", "sotl", "mfec", "nec", "plmp", "vdn"}
+
+
+def cell_name(scenario: str, load: float | None) -> str:
+    """Return a cell's name in one word, such as ``grid:5x5*3`` (ours)."""
+    return scenario if load in (None, 1.0) else f"{scenario}*{load:g}"
+
+
+def cell_label(name: str) -> str:
+    """Return "5×5 ×3", "5×5 unequal", "Jinan 2000" for a cell's name (ours)."""
+    place, _, load = name.partition("*")
+    if place.startswith(CITY):
+        folder, _, flow = place.removeprefix(CITY).partition("#")
+        found = re.search(r"(\d+)\.json$", flow)
+        city = folder.rpartition("/")[2].partition("_")[0].capitalize()
+        label = f"{city} {found[1]}" if found else city
+    else:
+        size, _, demand = place.removeprefix("grid:").partition("/")
+        label = size.replace("x", "×") + (f" {demand}" if demand else "")
+        if not load and not demand:
+            return f"{label} ×1"
+    return f"{label} ×{load}" if load else label
+
+
+def controller_name(label: str) -> str:
+    """Return a controller as a reader should see it: "longest queue + approaching" (ours)."""
+    name, *options = label.split(",")
+    shown = name.upper() if name in _UPPER else _CONTROLLERS.get(name, name)
+    parts = [_SHORT.get(option, option.replace("epsilon=0.", "ε .")) for option in options]
+    return ", ".join([shown, *parts]).replace(", approaching", " + approaching")

@@ -1,0 +1,153 @@
+"""``dmil study memories``: every memory under one protocol."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+from typing import Any
+
+import typer
+from pydantic import Field
+
+from dmil.analysis.memories import MemoriesTables, memories_tables
+from dmil.cli.application import FAILED
+from dmil.cli.memories_tables import cells_table, claim_lines, standing_table, subjects
+from dmil.cli.parameters import Option, settings_command, split
+from dmil.cli.study_running import RUNNING, RunningParameters, report_of, run_here
+from dmil.cli.terminal import print_json, say, show, show_lines
+from dmil.results import Results
+from dmil.studies.memories import MemoriesStudySettings, run_memories_study
+
+DATA_VARIABLE = "DMIL_DATA"
+SMALL: dict[str, Any] = {
+    "cells": ("grid:1x1", "grid:3x3*4", "grid:5x5"),
+    "seeds": 5,
+    "episodes": 2,
+    "horizon_s": 1200,
+}
+"""What --small sets unless it is given."""
+NO_CITIES = (
+    "Recorded cities are left out: no folder of data was given. Add --data DIR, or set "
+    f"{DATA_VARIABLE}, to a folder with a folder per city in CityFlow's format."
+)
+
+
+class MemoriesParameters(MemoriesStudySettings, RunningParameters):
+    """The study of memories, and how it is run here."""
+
+    small: bool = Field(
+        False, description="A trial of minutes: three cells, five seeds, runs of 20 minutes."
+    )
+    out: Path = Field(
+        Path("memories"),
+        description="Folder for results and report; a study begun there continues.",
+    )
+
+    @property
+    def study(self) -> MemoriesStudySettings:
+        """What is run, without where and how."""
+        names = MemoriesStudySettings.model_fields
+        values = {name: getattr(self, name) for name in names}
+        if self.small:
+            values |= {k: v for k, v in SMALL.items() if k not in self.model_fields_set}
+        elif self.data is None and os.environ.get(DATA_VARIABLE):
+            values["data"] = Path(os.environ[DATA_VARIABLE])
+        return MemoriesStudySettings(**values)
+
+
+def variants(text: str) -> list[str]:
+    """Split at commas, but not before the options of a controller (ours)."""
+    found: list[str] = []
+    for part in split(text):
+        if "=" in part and found:
+            found[-1] += f",{part}"
+        else:
+            found.append(part)
+    return found
+
+
+OPTIONS = (
+    Option("controllers", "--controllers", "Study", "NAMES", read=variants, default="all"),
+    Option("ablations", "--ablations", "Study", "NAMES", read=variants),
+    Option("cells", "--cells", "Study", "NAMES", read=split, default="all"),
+    Option("data", "--data", "Study", "DIR"),
+    Option("seeds", "--seeds", "Study"),
+    Option("first_seed", "--first-seed", "Study"),
+    Option("episodes", "--episodes", "Study"),
+    Option("horizon_s", "--steps", "Study"),
+    Option("deep", "--deep", "Study"),
+    Option("reward", "--reward", "Study"),
+    Option("small", "--small", "Study"),
+    *RUNNING,
+)
+
+
+@settings_command("study memories", MemoriesParameters, OPTIONS)
+def memories(settings: MemoriesParameters, json: bool) -> None:
+    """Run the study of memories: every controller, on grids and cities, under one protocol.
+
+    Rules without memory, the memories that the paper names (SARSA, dual memory, replay, episodic
+    control, pattern maps, team values), factored memory and look-ahead, on one, nine and 25
+    intersections at several loads, and on recorded cities. Those that need it are trained on
+    vehicles that no test uses; then all meet the same vehicles in the same seed.
+
+    The number compared is W: the mean time that a vehicle waits, in s, in an hour. Lower is better.
+    Differences are paired, with 95 % intervals over seeds. Beside it: what a memory takes, in
+    bytes and in time, and how many decisions pass until it is better than max-pressure.
+
+    For example:
+        dmil study memories --data data
+        dmil study memories --no-deep --cells grid:5x5,grid:5x5*3 --out two-cells
+        dmil study memories --controllers factored,max-pressure,max-pressure,approaching=true
+        dmil study memories --small --out trial
+
+    Ctrl-C keeps what is finished; the same command continues. All results but the times are the
+    same bytes however many processes run.
+    """
+    started = time.perf_counter()
+    study = settings.study
+    left_out = study.data is None and not study.cells
+    run_here(run_memories_study, settings)
+    with Results(settings.out) as results:
+        tables = memories_tables(results)
+        counts = results.query("select count(*) n, count(*) filter (status <> 'ok') f from runs")
+        page = report_of(settings.out, tables) if settings.report else None
+        wall_s = round(time.perf_counter() - started, 3)
+        count, failed = int(counts["n"].item()), int(counts["f"].item())
+        if json:
+            ending = {"wall_s": wall_s, "runs": count, "failed": failed}
+            print_json(memories_json(tables) | ending | {"out": settings.out, "report": page})
+        else:
+            show(standing_table(tables), "")
+            for subject in subjects(tables):
+                show(cells_table(tables, subject), "")
+            show_lines(claim_lines(tables))
+            where = page or f"dmil report {settings.out}"
+            show("", f"{count} runs, {wall_s:.1f} s", f"Report: {where}")
+        if left_out:
+            say(NO_CITIES)
+    if failed:
+        row = tables.failures.row(0, named=True)
+        say(f"{failed} runs failed, the first ({row['controller']}) with: {row['status']}")
+        raise typer.Exit(FAILED)
+
+
+def memories_json(tables: MemoriesTables) -> dict[str, Any]:
+    """Return a study of memories as one JSON object (ours).
+
+    Parameters
+    ----------
+    tables
+        The study.
+    """
+    return {
+        "cells": list(tables.runs.cells),
+        "seeds": list(tables.runs.seeds),
+        "overall": tables.overall.rows(named=True),
+        "standing": tables.standing.rows(named=True),
+        "cost": tables.cost.rows(named=True),
+        "hit_rates": tables.hit_rates.rows(named=True),
+        "claims": tables.claims.rows(named=True),
+        "failures": tables.failures.rows(named=True),
+    }
