@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import tomllib
 from pathlib import Path
 from typing import Any, Literal
 
@@ -11,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from dmil.cli.parameters import Option
 from dmil.controllers import CONTROLLERS, make_settings
-from dmil.errors import InputError
+from dmil.controllers.variants import Variant, parse_variant, read_options
 from dmil.importing import import_object
 from dmil.scenarios.recipe import DynamicsChanges, ScenarioRecipe, TimingChanges
 from dmil.training import Policy, load_policy
@@ -73,7 +72,7 @@ def controller_options(many: bool) -> tuple[Option, ...]:
     panel = "Controllers" if many else "Controller"
 
     def named(given: Any) -> Any:
-        return [{"name": name} for name in given] if many else {"name": given}
+        return [_named(text) for text in given] if many else _named(given)
 
     return (
         Option("controller", "--controller", panel, read=named, many=many),
@@ -95,12 +94,27 @@ class ControllerChoice(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="allow")
 
-    name: str = Field(description="Name (see dmil controllers), or package.module:Class.")
+    name: str = Field(
+        description="Name (see dmil controllers), or package.module:Class; with options as in "
+        "NAME,option=value."
+    )
 
     @model_validator(mode="before")
     @classmethod
     def _named(cls, value: Any) -> Any:
-        return {"name": value} if isinstance(value, str) else value
+        return _named(value) if isinstance(value, str) else value
+
+    @property
+    def changed(self) -> dict[str, Any]:
+        """Its options that are not the defaults."""
+        entry = CONTROLLERS.get(self.name)
+        usual = entry.settings().model_dump() if entry and entry.settings else {}
+        return {k: v for k, v in self.options.items() if k not in usual or usual[k] != v}
+
+    @property
+    def label(self) -> str:
+        """Its name and the options that are not its defaults, in one word."""
+        return Variant(self.name, self.changed).label
 
     @property
     def options(self) -> dict[str, Any]:
@@ -124,28 +138,20 @@ class ControllerChoice(BaseModel):
         return {name: field.description or "" for name, field in fields.items()}
 
 
+def _named(text: str) -> dict[str, Any]:
+    variant = parse_variant(text)
+    return {"name": variant.name, **variant.options}
+
+
 def assignments(texts: list[str]) -> dict[str, Any]:
     """Read options such as ``epsilon=0.2`` (ours).
-
-    Values are read as TOML (numbers, true, false, "text"); anything else is text.
 
     Raises
     ------
     InputError
         If there is no ``=``.
     """
-    found: dict[str, Any] = {}
-    for text in texts:
-        name, equals, value = (part.strip() for part in text.partition("="))
-        if not (name and equals and value):
-            raise InputError(
-                f"found '{text}'", where="--set", expected="option=value, such as epsilon=0.2"
-            )
-        try:
-            found[name] = tomllib.loads(f"value = {value}")["value"]
-        except tomllib.TOMLDecodeError:
-            found[name] = value
-    return found
+    return read_options(texts, where="--set")
 
 
 def with_scenario_of(recipe: ScenarioRecipe, policy: Policy | None) -> ScenarioRecipe:

@@ -28,6 +28,7 @@ from dmil.cli.parameters import Option, settings_command
 from dmil.cli.terminal import print_json, progress, results, say, show, waiting
 from dmil.compilation import is_cold
 from dmil.controllers import CONTROLLERS
+from dmil.controllers.variants import parse_variant
 from dmil.demand import SumoDemand
 from dmil.errors import InputError
 from dmil.rewards import make_reward
@@ -219,10 +220,12 @@ def _contenders(settings: EvaluateParameters, policies: list[Policy]) -> list[Co
             {"options": json_module.dumps(options), "policy": str(path), "reward": policy.reward},
         )
     for choice in settings.controller:
-        options = choice.options | accepted(choice.name, mode) | settings.changes
+        # What freezes a learner goes over its defaults, not over what somebody asked for.
+        frozen = choice.options | accepted(choice.name, mode)
+        options = frozen | choice.changed | settings.changes
         make_reward(settings.reward)
         add(
-            choice.name,
+            choice.label,
             {
                 "controller": choice.name,
                 "options": json_module.dumps(options),
@@ -230,12 +233,14 @@ def _contenders(settings: EvaluateParameters, policies: list[Policy]) -> list[Co
             },
         )
         if options.get("learning") is False:
-            say(f"{choice.name} has learned nothing yet and is frozen: train it, or add --learn.")
+            say(f"{choice.label} has learned nothing yet and is frozen: train it, or add --learn.")
     for name in BASELINES if settings.baselines else ():
         if name not in made:
             add(name, {"controller": name})
-    wanted, entry = settings.reference, CONTROLLERS.get(settings.reference)
+    wanted = settings.reference
     if wanted not in made and wanted != REFERENCE:
+        variant = parse_variant(wanted)
+        entry = CONTROLLERS.get(variant.name)
         if entry is None or entry.learns:
             fixed = [name for name, entry in CONTROLLERS.items() if not entry.learns]
             raise InputError(
@@ -243,7 +248,8 @@ def _contenders(settings: EvaluateParameters, policies: list[Policy]) -> list[Co
                 where="--reference",
                 expected=f"one of {', '.join(dict.fromkeys([*made, *fixed]))}",
             )
-        add(wanted, {"controller": wanted})
+        chosen = json_module.dumps(dict(variant.options))
+        add(wanted, {"controller": variant.name, "options": chosen})
     return list(made.values())
 
 

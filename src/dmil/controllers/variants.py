@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from dmil.errors import InputError
+
+_NEXT_OPTION = re.compile(r",(?=[^,=\[\]]*=)")
+"""A comma before an option; others belong to a value, such as a list."""
 
 
 @dataclass(frozen=True)
@@ -35,33 +39,60 @@ class Variant:
 def parse_variant(text: str) -> Variant:
     """Read ``NAME,option=value,option=value`` (ours).
 
-    Values are read as TOML (numbers, true, false, "text"); anything else is text.
+    Whether there is such a controller with such options, `make_controller` says.
 
     Raises
     ------
     InputError
-        The name is missing, or an option has no value.
+        The name is missing, or an option has no value or two.
     """
-    name, *parts = (part.strip() for part in text.split(","))
-    if not name or "=" in name:
+    name, *parts = (part.strip() for part in _NEXT_OPTION.split(text))
+    if not name or "=" in name or "," in name:
         raise InputError(
             f"found '{text}'",
             where="controller",
             expected="NAME or NAME,option=value, such as max-pressure,approaching=true",
         )
-    options = {}
-    for part in parts:
-        option, equals, value = (each.strip() for each in part.partition("="))
+    return Variant(name, read_options(parts, where=f"controller '{name}'"))
+
+
+def read_options(texts: Iterable[str], *, where: str) -> dict[str, Any]:
+    """Read options such as ``epsilon=0.2`` (ours).
+
+    Values are read as TOML (numbers, true, false, "text"); anything else is text.
+
+    Parameters
+    ----------
+    texts
+        One option each.
+    where
+        What they were given to, for errors.
+
+    Raises
+    ------
+    InputError
+        An option has no value, or two different ones.
+    """
+    found: dict[str, Any] = {}
+    for text in texts:
+        option, equals, value = (part.strip() for part in text.partition("="))
         if not (option and equals and value):
             raise InputError(
-                f"found '{part}'", where=f"controller '{name}'", expected="option=value"
+                f"found '{text}'", where=where, expected="option=value, such as epsilon=0.2"
             )
-        try:
-            options[option] = tomllib.loads(f"value = {value}")["value"]
-        except tomllib.TOMLDecodeError:
-            options[option] = value
-    return Variant(name, options)
+        read = _value(value)
+        if found.setdefault(option, read) != read:
+            raise InputError(f"'{option}' is given twice", where=where, expected="one value")
+    return found
+
+
+def _value(text: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
 
 
 def _text(value: Any) -> str:
-    return value if isinstance(value, str) else json.dumps(value)
+    """Return a value as it is read again: text as it stands, unless it would be read otherwise."""
+    return value if isinstance(value, str) and _value(value) == value else json.dumps(value)

@@ -115,7 +115,8 @@ class Comparison:
 
     def _exact(self) -> npt.NDArray[np.bool_]:
         certain = self.same_demand and self.exact
-        return np.array([certain and label in DETERMINISTIC for label in self.labels])
+        names = [label.partition(",")[0] for label in self.labels]
+        return np.array([certain and name in DETERMINISTIC for name in names])
 
     @staticmethod
     def _with_exact(estimate: Estimate, exact: npt.NDArray[np.bool_]) -> Estimate:

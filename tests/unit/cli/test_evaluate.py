@@ -38,6 +38,37 @@ def test_a_long_name_of_the_reference_is_not_cut(dmil):
     assert re.search(r"^− longest-queue- .*\nfirst ", text, re.MULTILINE)
 
 
+def test_a_controller_with_options_in_one_word_stands_beside_the_plain_one(dmil):
+    variant = "fixed-cycle,green_s=30"
+    found = dmil.json(*RUN, "--controller", variant, "--reference", variant)
+    controllers = {each["controller"]: each for each in found["controllers"]}
+    assert {variant, "fixed-cycle", "max-pressure"} <= controllers.keys()
+    delays = {name: each["per_seed"]["delay_s"] for name, each in controllers.items()}
+    assert delays[variant] != delays["fixed-cycle"]
+    assert controllers[variant][f"minus_{variant}"]["delay_s"]["mean"] == 0.0
+
+
+def test_the_reference_may_be_one_with_options_that_is_not_judged(dmil):
+    variant = "max-pressure,approaching=true"
+    found = dmil.json(*RUN, "--reference", variant)
+    assert variant in [each["controller"] for each in found["controllers"]]
+
+
+@pytest.mark.parametrize(
+    ("controller", "message"),
+    [
+        ("max-presure,approaching=true", "no controller named 'max-presure'"),
+        ("max-pressure,aproaching=true", "Did you mean 'approaching'?"),
+        ("max-pressure,approaching", "expected NAME or NAME,option=value"),
+        ("sarsa,epsilon=2", "epsilon = 2; expected less than or equal to 1"),
+    ],
+)
+@pytest.mark.parametrize("command", ["evaluate", "simulate"])
+def test_what_is_wrong_with_a_variant_is_told(command, controller, message, dmil):
+    dmil(command, "--scenario", "grid:1x1", "--controller", controller, code=2)
+    assert message in " ".join(dmil.err.split())
+
+
 @pytest.mark.parametrize("name", ["nobody", "sarsa"])
 def test_the_reference_must_be_known_and_have_nothing_to_learn(name, dmil):
     dmil(*RUN, "--reference", name, code=2)
