@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from dmil.compilation import kernel
 from dmil.controllers.by_shape import SharedLearner, as_keys
 from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
-from dmil.controllers.returns import ReturnWindow
+from dmil.controllers.returns import ReturnWindow, best_tried
 from dmil.errors import DivergedError
 from dmil.memory.episodic import estimate, keep_best
 from dmil.memory.neighbours import (
@@ -157,13 +157,12 @@ class MfecController(SharedLearner):
         self._nearest = make_neighbours(self.settings.neighbours)
 
     def _learn(self, reward: FloatArray, value: FloatArray, time_s: int) -> None:
-        tried = np.where(np.isfinite(value), value, -np.inf).max(axis=1)
-        known = self.settings.bootstrap & np.isfinite(tried)
-        outcome = self._window.reward(reward, np.where(known, tried, 0.0))
-        if outcome is not None:
-            if not np.isfinite(outcome.value).all():
+        found = self._window.reward(reward, best_tried(value) if self.settings.bootstrap else 0.0)
+        if found is not None:
+            (key, action), outcome = found
+            if not np.isfinite(outcome).all():
                 raise DivergedError("mfec", "returns", time_s)
-            keep_all(self._entries, self.agents.shape, self._actions, *outcome)
+            keep_all(self._entries, self.agents.shape, self._actions, key, action, outcome)
 
 
 @kernel

@@ -20,6 +20,7 @@ from dmil.controllers.deep import on_demand
 from dmil.controllers.deep.settings import (
     DqnSettings,
     HindsightSettings,
+    NecSettings,
     PrioritisedSettings,
     VdnSettings,
 )
@@ -103,6 +104,12 @@ CONTROLLERS: dict[str, Entry] = {
     ),
     "mfec": Entry(
         MfecController, MfecSettings, True, "model-free episodic control (Blundell 2016)"
+    ),
+    "nec": Entry(
+        on_demand("nec", "NecController"),
+        NecSettings,
+        True,
+        "neural episodic control: a learned embedding over returns (Pritzel 2017)",
     ),
     "plmp": Entry(
         PlmpController,

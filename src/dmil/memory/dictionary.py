@@ -9,11 +9,13 @@ from __future__ import annotations
 from dmil.compilation import kernel
 from dmil.memory.neighbours import (
     Entries,
+    IntArray,
     KeyArray,
     Neighbours,
     find_key,
     find_nearest,
     insert,
+    key_of,
     tick,
 )
 from dmil.memory.rows import ABSENT
@@ -57,6 +59,47 @@ def recall_mean(
         if touches:
             entries.used[table, entry] = time
     return total / weights, found
+
+
+@kernel
+def gather(
+    entries: Entries,
+    table: IntArray,
+    key: KeyArray,
+    nearest: Neighbours,
+    keys: KeyArray,
+    value: KeyArray,
+    present: KeyArray,
+) -> None:
+    """Collect the neighbours of a batch of keys, for who takes the gradient of their mean.
+
+    They count as used now.
+
+    Parameters
+    ----------
+    entries
+        All tables.
+    table: (batch,) int32
+        Where to look.
+    key: (batch, places) float32
+        Embeddings.
+    nearest
+        Working space; its size is how many neighbours to take.
+    keys: (batch, k, places) float32
+    value, present: (batch, k) float32
+        Filled in place: the neighbours' keys and values; 1 where there is one, else 0.
+    """
+    time = tick(entries)
+    for row in range(table.shape[0]):
+        found = find_nearest(entries, table[row], key[row], nearest)
+        for place in range(nearest.entry.shape[0]):
+            present[row, place] = place < found
+            value[row, place] = 0
+            if place < found:
+                entry = nearest.entry[place]
+                key_of(entries, table[row], entry, keys[row, place])
+                value[row, place] = entries.value[table[row], entry]
+                entries.used[table[row], entry] = time
 
 
 @kernel

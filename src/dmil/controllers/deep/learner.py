@@ -17,11 +17,8 @@ from dmil.simulation import Observation
 Floats = npt.NDArray[np.float32]
 
 
-class DeepLearner(SharedLearner):
+class NetworkLearner(SharedLearner):
     """One agent per intersection; agents of one shape share a network of neurons.
-
-    The last interval of a run is not learned from: the horizon cuts a task that goes on, and what
-    would have followed is not seen.
 
     Parameters
     ----------
@@ -34,11 +31,41 @@ class DeepLearner(SharedLearner):
     def __init__(self, name: str, settings: DeepSettings) -> None:
         super().__init__(name, settings)
         self.settings = settings
+        self._time_s = 0
+
+    def states(self, observation: Observation) -> IntArray:
+        """Return the states of all agents: (agents, places) int32."""
+        states = super().states(observation)
+        if not self.settings.phase:
+            return states
+        phases = np.arange(self._phase_count.max())
+        return np.hstack([states, (observation.phase[:, None] == phases).astype(np.int32)])
+
+    @property
+    def places(self) -> int:
+        """Numbers in a state."""
+        return super().places + (int(self._phase_count.max()) if self.settings.phase else 0)
+
+    @property
+    def _training_done(self) -> float:
+        """Part of the planned training that is over, 0 to 1."""
+        return min(1.0, self._decisions / self.settings.training_decisions)
+
+    def _expect_finite(self, numbers: npt.NDArray[np.floating], what: str) -> None:
+        if not np.isfinite(numbers).all():
+            raise DivergedError(self._name, what, self._time_s)
+
+
+class DeepLearner(NetworkLearner):
+    """Learns from transitions, from one decision to the next.
+
+    The last interval of a run is not learned from: the horizon cuts a task that goes on, and what
+    would have followed is not seen.
+    """
 
     def begin(self, situation: Situation) -> None:
         """Get ready for a run; see `SharedLearner.begin`."""
         super().begin(situation)
-        self._time_s = 0
         self._state, self._action = np.zeros((0, 0), np.int32), np.zeros(0, np.int32)
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
@@ -63,28 +90,6 @@ class DeepLearner(SharedLearner):
         self._decisions += settings.learning
         self._state, self._action = state, action
         return action
-
-    def states(self, observation: Observation) -> IntArray:
-        """Return the states of all agents: (agents, places) int32."""
-        states = super().states(observation)
-        if not self.settings.phase:
-            return states
-        phases = np.arange(self._phase_count.max())
-        return np.hstack([states, (observation.phase[:, None] == phases).astype(np.int32)])
-
-    @property
-    def places(self) -> int:
-        """Numbers in a state."""
-        return super().places + (int(self._phase_count.max()) if self.settings.phase else 0)
-
-    @property
-    def _training_done(self) -> float:
-        """Part of the planned training that is over, 0 to 1."""
-        return min(1.0, self._decisions / self.settings.training_decisions)
-
-    def _expect_finite(self, numbers: npt.NDArray[np.floating], what: str) -> None:
-        if not np.isfinite(numbers).all():
-            raise DivergedError(self._name, what, self._time_s)
 
     @abstractmethod
     def _values(self, state: IntArray) -> Floats:

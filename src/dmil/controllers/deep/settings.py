@@ -92,3 +92,27 @@ class HindsightSettings(DqnSettings):
 
 class VdnSettings(DqnSettings):
     """Value decomposition network."""
+
+
+class NecSettings(DeepSettings):
+    """Neural episodic control."""
+
+    hidden: int = Field(default=64, ge=1, description="Neurons in the one hidden layer.")
+    embedding: int = Field(default=32, ge=1, description="Numbers in an embedding.")
+    steps: int = Field(
+        default=10, ge=1, description="N: decisions after which a return goes on with the value."
+    )
+    neighbours: int = Field(
+        default=50, ge=1, description="Nearest entries whose weighted mean a look-up returns."
+    )
+    softening: float = Field(
+        default=1e-3, gt=0, allow_inf_nan=False, description="δ of the weights 1/(‖h − h_i‖² + δ)."
+    )
+    value_rate: float = Field(
+        default=0.1, ge=0, le=1, description="α: step of the value of an entry that is known."
+    )
+    capacity: int = Field(
+        default=10_000,
+        ge=1,
+        description="Entries per phase and shape; the least recently returned one leaves.",
+    )
