@@ -15,7 +15,7 @@ from dmil.memory import (
     record,
     remark,
 )
-from dmil.memory.admission import COUNTERS_PER_ROW, DEPTH, HIGHEST, SAMPLE
+from dmil.memory.admission import COUNTERS_PER_ROW, DEPTH, HIGHEST, LEAST_COUNTERS, SAMPLE
 from dmil.seeding import stream
 from dmil.symmetry import Embedding, SymmetryGroup, build_classes
 
@@ -32,7 +32,7 @@ class PlainAdmission:
 
     def __init__(self, images, tolerance, capacity):
         self.images, self.tolerance, self.capacity = images, tolerance, capacity
-        counters = 2
+        counters = LEAST_COUNTERS
         while counters < COUNTERS_PER_ROW * capacity:
             counters *= 2
         self.counters = [[0] * counters for _ in range(DEPTH)]

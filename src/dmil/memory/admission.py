@@ -36,6 +36,8 @@ HIGHEST = 15
 """Where a counter of 4 bits stops."""
 COUNTERS_PER_ROW = 4
 """Counters for each row of the cap, at least, in each of the `DEPTH` rows of the sketch."""
+LEAST_COUNTERS = 64
+"""In each row of the sketch, or the counters of two classes would often be the same four."""
 SAMPLE = 10
 """All counters are halved after so many counts per row of the cap (TinyLFU, §3.3)."""
 
@@ -73,7 +75,8 @@ class Admission(NamedTuple):
 def make_admission(owners: int, capacity: int) -> Admission:
     """Return an admission that has met nothing yet (ours)."""
     owners = owners if capacity else 0
-    counters = 1 << max(1, (COUNTERS_PER_ROW * capacity - 1).bit_length())
+    wanted = max(COUNTERS_PER_ROW * capacity, LEAST_COUNTERS)
+    counters = 1 << (wanted - 1).bit_length()
     return Admission(
         counts=np.zeros((owners, DEPTH, counters // 2), np.uint8),
         recorded=np.zeros(owners, np.int32),

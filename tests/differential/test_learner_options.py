@@ -1,0 +1,221 @@
+"""Learners with a cap and a prior for unseen states against their twins, decision by decision."""
+
+import copy
+
+import numpy as np
+import pytest
+
+from dmil.controllers import Prior, Situation
+from dmil.controllers.agents import agents_of
+from dmil.controllers.dual_memory import DualMemoryController
+from dmil.controllers.sarsa import SarsaController
+from dmil.controllers.settings import DualMemorySettings, SarsaSettings
+from dmil.memory import ABSENT
+from dmil.scenarios import SignalTiming
+from dmil.seeding import stream
+from dmil.simulation import Observation
+from dmil.symmetry import EMBEDDINGS
+from tests.differential.test_learners import (
+    DualTwin,
+    SarsaTwin,
+    best_of,
+    copied,
+    mean,
+    sizes_of,
+    table_of,
+)
+from tests.differential.test_memory_admission import PlainAdmission
+
+INTERVAL_S = 10
+
+
+class WithFallback:
+    """A twin that does in an unseen state what longest-queue-first does."""
+
+    def decide(self, observation, reward, draws):
+        self.seen = observation
+        return super().decide(observation, reward, draws)
+
+    def choose(self, i, classes, key, draws):
+        explores = draws[0] < self.epsilon
+        if explores or self.settings.unseen == "random" or self.knows(i, classes, key):
+            return super().choose(i, classes, key, draws)
+        self.fell_back += 1
+        queue, shown = self.seen.queue_veh[i], self.seen.phase[i]
+        queued = [int(queue[sorted(phase)].sum()) for phase in self.nodes[i].phases]
+        return shown if queued[shown] == max(queued) else queued.index(max(queued))
+
+    def knows(self, i, classes, key):
+        tables = self.tables if hasattr(self, "tables") else self.short
+        owner = self.owner[i] if hasattr(self, "owner") else i
+        known = [row["key"] for row in tables[owner]]
+        if hasattr(self, "long"):
+            known += [row["key"] for row in self.long[i]]
+        return classes.find(known, key)[0] is not None
+
+
+class FallbackSarsaTwin(WithFallback, SarsaTwin):
+    """SARSA; nothing else differs."""
+
+
+class Capped(list):
+    """Rows of a long-term memory with their admission."""
+
+    def __init__(self, rows, admission):
+        super().__init__(rows)
+        self.admission = admission
+
+
+class CappedTwin(WithFallback, DualTwin):
+    """Dual memory under a cap."""
+
+    def start(self, prior):
+        self.refused = self.replaced = 0
+        self.wide = max(len(classes.places[0]) for classes in self.classes)
+        starts = []
+        for s, classes in enumerate(self.classes):
+            images = [image + list(range(len(image), self.wide)) for image in classes.places]
+            tolerance = classes.embedding.tolerance
+            admission = PlainAdmission(images, tolerance, self.settings.long_capacity)
+            starts.append(Capped([], admission))
+            rows = prior[s] if prior else []
+            for state, _, visits in rows:
+                for _ in range(visits):
+                    admission.record(self.padded(classes.key(state)))
+            best = sorted(rows, key=lambda row: -max(row[1].values()))
+            for state, values, _ in best[: self.part(len(rows))]:
+                action = best_of(values)
+                self.consolidate(starts[s], classes, classes.key(state), action, values[action])
+        self.short = [[] for _ in self.shape]
+        self.long = [copy.deepcopy(starts[s]) for s in self.shape]
+
+    def padded(self, key):
+        return [*key, *[0] * (self.wide - len(key))]
+
+    def learn(self, i, classes, key, action, value):
+        self.long[i].admission.record(self.padded(key))
+        super().learn(i, classes, key, action, value)
+
+    def consolidate(self, long, classes, key, action, q):
+        row, image = classes.find([r["key"] for r in long], key)
+        if row is not None:
+            if self.is_better(q, long[row]["q"]):
+                long[row].update(a=image[action], q=q)
+            return
+        place = long.admission.admit(self.padded(key))
+        if place == len(long):
+            long.append({"key": key, "a": action, "q": q})
+        elif place != ABSENT:
+            long[place] = {"key": key, "a": action, "q": q}
+            self.replaced += 1
+        else:
+            self.refused += 1
+
+    def meet(self, classes, members):
+        union = []
+        for member in members:
+            for row in self.long[member]:
+                goal, image = classes.find_or_append(union, row["key"], {"votes": None})
+                goal["votes"] = goal["votes"] or {}
+                goal["votes"].setdefault(image[row["a"]], []).append(row["q"])
+        for row in union:
+            means = {action: mean(votes) for action, votes in row.pop("votes").items()}
+            row["a"] = best_of(means)
+            row["q"] = means[row["a"]]
+
+        def met(row):
+            key = self.padded(union[row]["key"])
+            return sum(self.long[member].admission.frequency(key) for member in members)
+
+        kept = sorted(range(len(union)), key=lambda row: -met(row))[: self.settings.long_capacity]
+        union = [union[row] for row in sorted(kept)]
+        for member in members:
+            admission = self.long[member].admission
+            admission.keys = [self.padded(row["key"]) for row in union]
+            self.long[member] = Capped(copied(union), admission)
+
+
+def drive(controller, twin, network, walk, decisions):
+    """Let both decide on what their decisions lead to; the last actions are shown."""
+    rng, plain_rng = stream(5, "exploration"), stream(5, "exploration")
+    controller.begin(Situation(network, SignalTiming(decision_interval_s=INTERVAL_S), rng))
+    twin.nodes, twin.fell_back = network.intersections, 0
+    queue, step = walk(network, 5)
+    reward, shown = None, np.zeros(len(queue), np.int32)
+    for k in range(decisions):
+        counts = np.zeros_like(queue)
+        observation = Observation(
+            queue.copy(), counts, shown, 0 * shown, k * INTERVAL_S, counts.astype(float)
+        )
+        actions = controller.decide(observation, reward)
+        draws = plain_rng.random((len(queue), 3)).tolist()
+        assert actions.tolist() == twin.decide(observation, reward, draws), f"decision {k}"
+        reward, shown = step(actions), actions
+    sizes = sizes_of(network.intersections)
+    if isinstance(twin, SarsaTwin):
+        assert table_of(controller.table, sizes) == twin.memory()
+    else:
+        assert tuple(table_of(part, sizes) for part in controller.memory[:2]) == twin.memory()
+
+
+@pytest.mark.parametrize("embedding", EMBEDDINGS)
+def test_an_unseen_state_acts_as_the_longest_queue_says(networks, walk, plain_classes, embedding):
+    network = networks["mixed"]
+    options = {"embedding": embedding, "epsilon": 0.1, "unseen": "longest-queue"}
+    for settings, kind, make in (
+        (SarsaSettings(**options), SarsaController, FallbackSarsaTwin),
+        (DualMemorySettings(**options, long_capacity=30), DualMemoryController, CappedTwin),
+    ):
+        twin = make(settings, network, None, plain_classes)
+        drive(kind(settings), twin, network, walk, 60)
+        assert twin.fell_back
+
+
+@pytest.mark.parametrize("embedding", EMBEDDINGS)
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"long_capacity": 1, "short_capacity": 2, "staging": "visits"},
+        {"communication": True, "communication_period_s": 70},
+        {"communication": True, "communication_period_s": 30, "unseen": "longest-queue"},
+    ],
+    ids=str,
+)
+def test_a_capped_dual_memory_is_its_twin(networks, walk, plain_classes, embedding, options):
+    network = networks["mixed"]
+    options = {"epsilon": 0.3, "short_capacity": 4, "long_capacity": 6, **options}
+    settings = DualMemorySettings(embedding=embedding, **options)
+    twin = CappedTwin(settings, network, None, plain_classes)
+    drive(DualMemoryController(settings), twin, network, walk, 120)
+    assert twin.replaced and twin.refused
+
+
+@pytest.mark.parametrize("embedding", EMBEDDINGS)
+def test_a_start_table_is_cut_to_the_cap(networks, walk, plain_classes, embedding):
+    network = networks["mixed"]
+    settings = SarsaSettings(shared=True, epsilon=0.3)
+    dummy, twin = (
+        SarsaController(settings),
+        FallbackSarsaTwin(settings, network, None, plain_classes),
+    )
+    dummy.begin(Situation(network, SignalTiming(), stream(1)))
+    queue, step = walk(network, 3)
+    reward = None
+    for k in range(60):
+        counts = np.zeros_like(queue)
+        empty = np.zeros(len(queue), np.int32)
+        seen = Observation(queue.copy(), counts, empty, empty, 10 * k, counts.astype(float))
+        reward = step(dummy.decide(seen, reward))
+    shown = [network.intersections[members[0]] for members in agents_of(network).members]
+    rows = [
+        [(*row, int(dummy.table.visits[s, r])) for r, row in enumerate(table)]
+        for s, table in enumerate(table_of(dummy.table, sizes_of(shown)))
+    ]
+    settings = DualMemorySettings(
+        embedding=embedding, long_capacity=5, short_capacity=4, epsilon=0.2, staged_ratio=0.9
+    )
+    twin = CappedTwin(settings, network, rows, plain_classes)
+    assert all(len(long) == 5 for long in twin.long)
+    controller = DualMemoryController(settings, prior=Prior(dummy.table))
+    drive(controller, twin, network, walk, 60)
