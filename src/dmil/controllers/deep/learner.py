@@ -80,8 +80,10 @@ class DeepLearner(NetworkLearner):
         self._time_s = observation.time_s
         with one_thread():
             if settings.learning and reward is not None:
-                scaled = reward * settings.reward_scale
-                self._remember(self._state, self._action, scaled.astype(np.float32), state)
+                with np.errstate(over="ignore"):
+                    scaled = (reward * settings.reward_scale).astype(np.float32)
+                self._expect_finite(scaled, "scaled rewards")
+                self._remember(self._state, self._action, scaled, state)
                 if self._decisions % settings.train_every == 0:
                     self._train()
             value = self._values(state)
