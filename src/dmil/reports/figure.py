@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+from dataclasses import dataclass, replace
 
 from dmil.reports.export import Specification, specification
 from dmil.reports.marks import Chart
+from dmil.reports.theme import DARK, DARK_BACKGROUND
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +40,24 @@ def figure(name: str, section: str, scenario: str, caption: str, chart: Chart) -
     spec = specification(chart)
     spec["description"] = caption
     return Figure(name, section, scenario, caption, spec)
+
+
+def darkened(made: Figure, section: str) -> Figure:
+    """Return a figure for dark pages, such as those of a code host at night (ours).
+
+    Parameters
+    ----------
+    made
+        The figure for light pages.
+    section
+        Part of the report that it belongs to instead.
+    """
+    text = json.dumps(made.spec)
+    for light, dark in DARK.items():
+        text = text.replace(f'"{light}"', f'"{dark}"')
+    spec = json.loads(text)
+    spec["config"]["background"] = DARK_BACKGROUND
+    return replace(made, name=f"{made.name}-dark", section=section, spec=spec)
 
 
 def slug(name: str) -> str:

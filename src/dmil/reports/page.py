@@ -6,16 +6,18 @@ from pathlib import Path
 from typing import Any
 
 from dmil.analysis import Tables
+from dmil.analysis.memories import MemoriesTables
 from dmil.analysis.resco import RescoTables
 from dmil.errors import OutputError
 from dmil.reports.drawing import DrawingProcesses
 from dmil.reports.export import write_file
+from dmil.reports.memories_page import MemoriesReport
 from dmil.reports.paper_page import PaperReport
 from dmil.reports.resco_page import RescoReport
 from dmil.results import Results
 
 REPORT_FILE = "report.html"
-KINDS: dict[str, Any] = {"paper": PaperReport, "resco": RescoReport}
+KINDS: dict[str, Any] = {"paper": PaperReport, "resco": RescoReport, "memories": MemoriesReport}
 """Study to the class that knows its figures, tables and pages."""
 
 
@@ -24,7 +26,7 @@ def write_report(
     *,
     preset: str | None = None,
     pictures: bool = True,
-    tables: Tables | RescoTables | None = None,
+    tables: Tables | RescoTables | MemoriesTables | None = None,
 ) -> Path:
     """Write ``report.html``, ``figures/`` and ``tables/`` into a folder of results (ours).
 

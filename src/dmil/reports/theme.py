@@ -67,6 +67,8 @@ PRESET_COLOURS: dict[str, str] = {
     "matched": "#222255",
 }
 
+DARK_BACKGROUND = "#0d1117"
+
 #: Inks that a dark page needs lighter; all other colours stand on both.
 DARK: dict[str, str] = {
     INK: "#e6e6e8",

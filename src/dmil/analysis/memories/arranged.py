@@ -135,7 +135,7 @@ def arranged(results: Results) -> Arranged:
     return Arranged(
         tuple(cells),
         tuple(controllers),
-        tuple(configuration.get("ablations", ())),
+        tuple(name for name in configuration.get("ablations", ()) if name in controllers),
         tuple(name in known for name in controllers),
         tuple(seeds),
         np.array([size[cell] for cell in cells], np.float64),

@@ -10,6 +10,7 @@ from dmil.analysis.memories.arranged import Arranged, arranged
 from dmil.analysis.memories.claims import claims
 from dmil.analysis.memories.cost import cost, hit_rates
 from dmil.analysis.memories.learning import learning_curves, memory_courses
+from dmil.analysis.memories.profiles import ablation, profiles
 from dmil.analysis.memories.standing import overall, standing
 from dmil.results import Results
 
@@ -22,7 +23,7 @@ class MemoriesTables:
     ----------
     runs: Arranged
         Its runs.
-    standing, overall, cost, hit_rates, learning, memory, claims: polars.DataFrame
+    standing, overall, cost, hit_rates, learning, memory, profiles, ablation, claims: DataFrame
         See the functions of these names (`learning_curves`, `memory_courses`).
     failures: polars.DataFrame
         Where runs failed, and what they said.
@@ -35,6 +36,8 @@ class MemoriesTables:
     hit_rates: pl.DataFrame
     learning: pl.DataFrame
     memory: pl.DataFrame
+    profiles: pl.DataFrame
+    ablation: pl.DataFrame
     claims: pl.DataFrame
     failures: pl.DataFrame
 
@@ -57,6 +60,8 @@ def memories_tables(results: Results) -> MemoriesTables:
         hit_rates(results),
         learning_curves(results, runs),
         memory_courses(results, runs),
+        profiles(runs),
+        ablation(runs),
         claims(runs, table, costs),
         results.query(
             "select controller, scenario, load, seed, status from runs where status <> 'ok'"

@@ -1,0 +1,80 @@
+"""Colours, dashes and names of the controllers in the study of memories."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import polars as pl
+
+from dmil.analysis.memories.names import cell_label, controller_name
+
+#: Okabe and Ito's palette by family: ours red, the paper's agents orange, episodic green, replay
+#: blue, teams purple; rules in grey.
+COLOURS: dict[str, str] = {
+    "factored": "#D55E00",
+    "lookahead": "#A23B00",
+    "sarsa": "#E69F00",
+    "dual-memory": "#B8860B",
+    "mfec": "#009E73",
+    "nec": "#00684C",
+    "plmp": "#7CB518",
+    "dqn": "#0072B2",
+    "dqn-prioritised": "#56B4E9",
+    "dqn-hindsight": "#8FA9D0",
+    "vdn": "#CC79A7",
+    "foresight": "#222222",
+    "longest-queue-first": "#6b6b6b",
+    "max-pressure": "#7a7a7a",
+    "webster": "#9c9c9c",
+    "gap-out": "#9c9c9c",
+    "sotl": "#9c9c9c",
+    "fixed-cycle": "#b5b5b5",
+    "random": "#b5b5b5",
+}
+APPROACHING = "#222222"
+"""Longest queue that sees approaching vehicles: the honest baseline, in ink."""
+_DASHES = {
+    "lookahead": [5, 3],
+    "dual-memory": [5, 3],
+    "nec": [5, 3],
+    "plmp": [2, 2],
+    "dqn-hindsight": [2, 2],
+    "dqn-prioritised": [5, 3],
+    "webster": [5, 3],
+    "sotl": [2, 2],
+    "random": [2, 2],
+}
+
+
+def colour_of(label: str) -> str:
+    """Return a controller's colour; its options do not change it, but for approaching vehicles."""
+    name, _, options = label.partition(",")
+    if name == "longest-queue-first" and "approaching" in options:
+        return APPROACHING
+    return COLOURS.get(name, "#AA3377")
+
+
+def palette(labels: Sequence[str]) -> dict[str, str]:
+    """Return the colour of each shown name (ours)."""
+    return {controller_name(label): colour_of(label) for label in labels}
+
+
+def dashes(labels: Sequence[str]) -> dict[str, list[int]]:
+    """Return the dash of each shown name: those with options are dotted (ours)."""
+    found = {}
+    for label in labels:
+        name, _, options = label.partition(",")
+        several = sum(other.partition(",")[0] == name for other in labels) > 1
+        dotted = bool(options) and several and options != "epsilon=0.05"
+        found[controller_name(label)] = [2, 2] if dotted else _DASHES.get(name, [1, 0])
+    return found
+
+
+def named(table: pl.DataFrame) -> pl.DataFrame:
+    """Return a table with ``name`` of the controller and, if it has cells, ``where`` (ours)."""
+    names = pl.Series([controller_name(each) for each in table["controller"]], dtype=pl.String)
+    table = table.with_columns(name=names)
+    if "cell" not in table.columns:
+        return table
+    cells = [None if each is None else cell_label(each) for each in table["cell"]]
+    return table.with_columns(where=pl.Series(cells, dtype=pl.String))
