@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
+from dmil.controllers.cycles import Cycles
 from dmil.controllers.merits import PhaseChoice
 from dmil.controllers.protocol import FloatArray, IntArray, Situation
 from dmil.controllers.settings import (
     FixedCycleSettings,
-    GreedySettings,
     LongestQueueFirstSettings,
     MaxPressureSettings,
 )
@@ -60,17 +60,11 @@ class FixedCycleController:
                 green_s = self.settings.green_s or planned_s.get(phase, interval_s)
                 cycle += [phase] * math.ceil(green_s / interval_s)
             cycles.append(cycle)
-        self._length = np.array([len(cycle) for cycle in cycles])
-        self._cycle = np.zeros((len(cycles), self._length.max()), np.int32)
-        for i, cycle in enumerate(cycles):
-            self._cycle[i, : len(cycle)] = cycle
-        self._interval_s = interval_s
+        self._cycles = Cycles(cycles, interval_s)
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Look up the phase for this time."""
-        step = (observation.time_s // self._interval_s) % self._length
-        phases: IntArray = self._cycle[np.arange(step.size), step]
-        return phases
+        return self._cycles.at(observation.time_s)
 
 
 class ProgramController:
@@ -132,15 +126,18 @@ class LongestQueueFirstController:
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Compare the queues of all phases."""
-        return self._choice.best(_counted(observation, self.settings), observation.phase)
+        counted_veh = observation.queue_veh
+        if self.settings.approaching:
+            counted_veh = counted_veh + observation.approaching_veh
+        return self._choice.best(counted_veh, observation.phase)
 
 
 class MaxPressureController:
     """Serves the phase with the highest pressure (Varaiya 2013).
 
     What a switch costs, and which of equally good phases is taken: see `PhaseChoice`. With
-    ``approaching`` a vehicle that arrives within the decision interval counts as queued on both
-    sides of a pressure, where it comes from and where it would go.
+    ``approaching`` vehicles that arrive within the decision interval count as queued where they
+    come from, since this green can serve them; where a movement leads to, only those queued do.
 
     Parameters
     ----------
@@ -159,16 +156,10 @@ class MaxPressureController:
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Compare the pressures of all phases."""
-        counted_veh = _counted(observation, self.settings)
-        pressure_veh = movement_pressure(counted_veh, self._network)
+        pressure_veh = movement_pressure(observation.queue_veh, self._network)
+        if self.settings.approaching:
+            pressure_veh += observation.approaching_veh
         return self._choice.best(pressure_veh, observation.phase)
-
-
-def _counted(observation: Observation, settings: GreedySettings) -> IntArray:
-    """Return the vehicles per movement that count as queued."""
-    if settings.approaching:
-        return observation.queue_veh + observation.approaching_veh
-    return observation.queue_veh
 
 
 def covering_phases(intersection: Intersection) -> list[int]:

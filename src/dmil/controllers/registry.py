@@ -25,6 +25,8 @@ from dmil.controllers.deep.settings import (
     VdnSettings,
 )
 from dmil.controllers.dual_memory import DualMemoryController
+from dmil.controllers.foresight import ForesightController, ForesightSettings
+from dmil.controllers.gap_out import GapOutController, GapOutSettings
 from dmil.controllers.mfec import MfecController, MfecSettings
 from dmil.controllers.plmp import PlmpController, PlmpSettings
 from dmil.controllers.prior import Prior
@@ -37,6 +39,8 @@ from dmil.controllers.settings import (
     MaxPressureSettings,
     SarsaSettings,
 )
+from dmil.controllers.sotl import SotlController, SotlSettings
+from dmil.controllers.webster import WebsterController, WebsterSettings
 from dmil.errors import InputError, unknown_name
 from dmil.importing import import_object
 
@@ -72,9 +76,21 @@ CONTROLLERS: dict[str, Entry] = {
     "fixed-cycle": Entry(
         FixedCycleController, FixedCycleSettings, False, "the same phases in the same order"
     ),
+    "webster": Entry(
+        WebsterController,
+        WebsterSettings,
+        False,
+        "fixed cycle and splits from the run's mean flows (Webster 1958)",
+    ),
     "program": Entry(ProgramController, None, False, "the network's own signal program"),
     "actuated": Entry(
         ActuatedController, None, False, "SUMO's actuated control of that program; in SUMO only"
+    ),
+    "gap-out": Entry(
+        GapOutController, GapOutSettings, False, "actuated control: green while vehicles come"
+    ),
+    "sotl": Entry(
+        SotlController, SotlSettings, False, "self-organising traffic lights (Gershenson 2005)"
     ),
     "longest-queue-first": Entry(
         LongestQueueFirstController,
@@ -87,6 +103,12 @@ CONTROLLERS: dict[str, Entry] = {
         MaxPressureSettings,
         False,
         "the phase with the highest pressure (Varaiya 2013)",
+    ),
+    "foresight": Entry(
+        ForesightController,
+        ForesightSettings,
+        False,
+        "plans one intersection, all arrivals known: a limit, no rival",
     ),
     "sarsa": Entry(
         SarsaController,

@@ -20,7 +20,16 @@ EMBEDDINGS = ("exact", "simple", "complex", "cells")
 WITH_PROGRAMS = ("program", "actuated")
 
 
-@pytest.mark.parametrize("name", sorted(CONTROLLERS.keys() - WITH_PROGRAMS))
+# And this one foresees a single intersection only.
+ONE_INTERSECTION = ("foresight",)
+
+
+@pytest.mark.parametrize("name", ONE_INTERSECTION)
+def test_our_planners_conform_on_one_intersection(name):
+    check_controller(lambda: make_controller(name), scenario("grid:1x1"))
+
+
+@pytest.mark.parametrize("name", sorted(CONTROLLERS.keys() - WITH_PROGRAMS - set(ONE_INTERSECTION)))
 def test_our_controllers_conform(name):
     check_controller(lambda: make_controller(name))
 
@@ -43,6 +52,11 @@ def test_our_learners_conform_with_every_embedding(name, embedding, communicatio
         ("dual-memory", {"stage_period": 5}),
         ("dual-memory", {"short_capacity": 1, "epsilon_decay": 0.9}),
         ("fixed-cycle", {"green_s": 25}),
+        ("longest-queue-first", {"approaching": True, "hysteresis": 1.0}),
+        ("max-pressure", {"approaching": True, "hysteresis": 1.0}),
+        ("webster", {"saturation_flow_veh_per_s": 0.2, "min_cycle_s": 45}),
+        ("gap-out", {"min_green_s": 15, "max_green_s": 20, "extend_veh": 1}),
+        ("sotl", {"theta_veh_s": 60, "min_green_s": 15, "mu_veh": 3}),
     ],
 )
 def test_our_controllers_conform_with_other_options(name, options):
