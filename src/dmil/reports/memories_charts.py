@@ -5,6 +5,7 @@ Every function takes aggregated tables and returns a chart, or None without the 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import altair as alt
@@ -18,11 +19,12 @@ from dmil.analysis.memories.names import (
 )
 from dmil.analysis.memories.statements import SUBJECTS
 from dmil.reports.marks import Chart, dots, heading, lines, values
-from dmil.reports.memories_look import dashes, named, palette
-from dmil.reports.resco_charts import log_axis, log_x, log_y
+from dmil.reports.memories_look import dashes, log_field, named, palette, ticks
+from dmil.reports.point_labels import label_places
 from dmil.reports.theme import FAINT, INK
 
 RATIO = "waiting / max-pressure's"
+_SIZE = (470, 330)
 
 
 def shown_in_front(controllers: Sequence[str]) -> list[str]:
@@ -53,7 +55,13 @@ def differences(standing: pl.DataFrame, cells: Sequence[str], title: str) -> Cha
     colours = palette(chosen)
     x_title = "difference to max-pressure in waiting time (%), less is better"
     layers = dots(
-        alt.Y("where:N", title=None, sort=places, axis=alt.Axis(grid=True, labelFontSize=12)),
+        alt.Y(
+            "where:N",
+            title=None,
+            sort=places,
+            scale=alt.Scale(paddingInner=0.3, paddingOuter=0.2),
+            axis=alt.Axis(grid=False, labelFontSize=12),
+        ),
         alt.Color(
             "name:N",
             scale=alt.Scale(domain=order, range=[colours[name] for name in order]),
@@ -63,10 +71,18 @@ def differences(standing: pl.DataFrame, cells: Sequence[str], title: str) -> Cha
         alt.YOffset("name:N", sort=order),
         "+.1f",
     )
+    ends = data.select(
+        low=pl.min_horizontal("low", "mean").min(), high=pl.max_horizontal("high", "mean").max()
+    ).row(0)
+    span = max(ends[1], 0.0) - min(ends[0], 0.0) or 1.0
+    domain = [min(ends[0], 0.0) - 0.03 * span, max(ends[1], 0.0) + 0.03 * span]
+    layers[0] = layers[0].encode(
+        x=alt.X("low:Q", title=x_title, scale=alt.Scale(domain=domain, nice=False))
+    )
     zero = alt.Chart().mark_rule(color=INK, strokeWidth=1.2).encode(x=alt.datum(0))
     return alt.layer(zero, *layers, data=values(data)).properties(
         width=470,
-        height=alt.Step(7),
+        height=alt.Step(8, **{"for": "offset"}),
         title=heading(title, "mean and 95 % interval over seeds, the same vehicles for all"),
     )
 
@@ -94,8 +110,9 @@ def standing_chart(overall: pl.DataFrame) -> Chart | None:
         legend=None,
     )
     y = alt.Y("name:N", title=None, sort=order, axis=alt.Axis(grid=True, labelLimit=260))
+    ends = _ends([*data["mean"], *data["low"].drop_nulls(), *data["high"].drop_nulls()], 1.05)
     layers = [
-        layer.encode(x=log_x("low:Q" if number == 0 else "mean:Q", RATIO))
+        layer.encode(x=log_field("low:Q" if number == 0 else "mean:Q", RATIO, *ends, alt.X))
         for number, layer in enumerate(dots(y, colour, RATIO, format=".3f"))
     ]
     one = alt.Chart().mark_rule(color=INK, strokeWidth=1.2).encode(x=alt.datum(1))
@@ -130,48 +147,85 @@ def waiting_and_bytes(overall: pl.DataFrame, cost: pl.DataFrame) -> Chart | None
     )
     if data.is_empty():
         return None
-    labels = data["controller"].to_list()
-    colours = palette(labels)
+    level = overall.filter(
+        pl.col("controller") == LONGEST_QUEUE_APPROACHING,
+        pl.col("max_pressure_ratio").is_not_null(),
+    )["max_pressure_ratio"]
+    rules = [("max-pressure", 1.0)] + [("longest queue + approaching", each) for each in level]
+    x = _ends(data["bytes"].to_list(), 1.6)
+    y = _ends([*data["mean"], *data["low"].drop_nulls(), *data["high"].drop_nulls(), 1.0], 1.15)
+    colours = palette(data["controller"].to_list())
     colour = alt.Color(
         "name:N", scale=alt.Scale(domain=list(colours), range=list(colours.values())), legend=None
     )
-    level = overall.filter(
-        pl.col("controller").is_in([LONGEST_QUEUE_APPROACHING]),
-        pl.col("max_pressure_ratio").is_not_null(),
-    )
-    rules = [(1.0, "max-pressure")] + [
-        (row["max_pressure_ratio"], "longest queue + approaching")
-        for row in level.iter_rows(named=True)
-    ]
+    across = log_field("bytes:Q", "memory per intersection (bytes)", *x, alt.X)
+    up = log_field("mean:Q", RATIO, *y, alt.Y)
     base = alt.Chart(values(data.drop("controller")))
-    x = log_x("bytes:Q", "memory per intersection (bytes)")
-    y = log_y("mean:Q", RATIO)
-    flat = alt.Chart(values(pl.DataFrame(rules, schema=["mean", "rule"], orient="row")))
-    rule = flat.mark_rule(color=FAINT, strokeDash=[4, 3]).encode(y=y)
-    said = flat.mark_text(align="left", baseline="bottom", dx=3, dy=-2, color=FAINT).encode(
-        y=y, x=alt.value(0), text="rule:N"
-    )
     bar = base.mark_rule(strokeWidth=1.4).encode(
-        x=x, y=log_y("low:Q", RATIO), y2="high:Q", color=colour
+        x=across, y=log_field("low:Q", RATIO, *y, alt.Y), y2="high:Q", color=colour
     )
     dot = base.mark_point(filled=True, size=70, opacity=1).encode(
-        x=x,
-        y=y,
-        color=colour,
-        tooltip=["name:N", "bytes:Q", "mean:Q"],
+        x=across, y=up, color=colour, tooltip=["name:N", "bytes:Q", "mean:Q"]
     )
-    name = base.mark_text(align="left", dx=8, fontSize=11).encode(
-        x=x, y=y, text="name:N", color=colour
+    flat = alt.Chart(values(pl.DataFrame(rules, schema=["rule", "mean"], orient="row")))
+    rule = flat.mark_rule(color=FAINT, strokeDash=[4, 3]).encode(y=up)
+    said = flat.mark_text(align="right", baseline="bottom", dx=-3, dy=-2, color=FAINT).encode(
+        y=up, x=alt.value(_SIZE[0]), text="rule:N"
     )
-    return alt.layer(rule, said, bar, dot, name).properties(
-        width=470,
-        height=330,
+    return alt.layer(rule, said, bar, dot, *_names(data, rules, x, y, colour)).properties(
+        width=_SIZE[0],
+        height=_SIZE[1],
         title=heading(
             "What memory costs and what it brings",
-            "means over all cells, 95 % interval; both axes logarithmic; below 1 is better than "
-            "max-pressure",
+            "means over all cells, 95 % interval; logarithmic; below 1: better than max-pressure",
         ),
     )
+
+
+def _ends(numbers: Sequence[float], room: float) -> tuple[float, float]:
+    """Return the ends of a logarithmic axis, with some room."""
+    return min(numbers) / room, max(numbers) * room
+
+
+def _names(
+    data: pl.DataFrame,
+    rules: Sequence[tuple[str, float]],
+    x: tuple[float, float],
+    y: tuple[float, float],
+    colour: alt.Color,
+) -> list[alt.Chart]:
+    """Return the names of the points, none on another."""
+
+    def share(value: float, ends: tuple[float, float]) -> float:
+        return math.log(value / ends[0]) / math.log(ends[1] / ends[0])
+
+    width, height = _SIZE
+    points = [
+        (width * share(row["bytes"], x), height * (1 - share(row["mean"], y)))
+        for row in data.iter_rows(named=True)
+    ]
+    lines_at = [(name, height * (1 - share(value, y))) for name, value in rules]
+    taken = [(width - 7.0 * len(name), at - 15, float(width), at) for name, at in lines_at]
+    places = label_places(points, data["name"].to_list(), size=(width, height), taken=taken)
+    frame = data.select("name").with_columns(
+        x=pl.Series([place.x for place in places], dtype=pl.Float64),
+        y=pl.Series([place.y for place in places], dtype=pl.Float64),
+        align=pl.Series([place.align for place in places]),
+    )
+    layers = []
+    for align in ("left", "right", "center"):
+        chosen = frame.filter(pl.col("align") == align)
+        if chosen.height:
+            text = alt.Chart(values(chosen)).mark_text(align=align, baseline="middle", fontSize=11)
+            layers.append(
+                text.encode(
+                    x=alt.X("x:Q", scale=None, axis=None, title=None),
+                    y=alt.Y("y:Q", scale=None, axis=None, title=None),
+                    text="name:N",
+                    color=colour,
+                )
+            )
+    return layers
 
 
 def profile_chart(profiles: pl.DataFrame, chosen: Sequence[str]) -> Chart | None:
@@ -181,6 +235,7 @@ def profile_chart(profiles: pl.DataFrame, chosen: Sequence[str]) -> Chart | None
         return None
     order = [controller_name(name) for name in chosen]
     kept = data.select("ratio", "low", "high", line="name", mean="share")
+    ends = float(data["ratio"].to_numpy().min()), float(data["ratio"].to_numpy().max())
     return lines(
         kept,
         order,
@@ -195,7 +250,7 @@ def profile_chart(profiles: pl.DataFrame, chosen: Sequence[str]) -> Chart | None
             "ratio:Q",
             title=RATIO,
             scale=alt.Scale(type="log", nice=False),
-            axis=log_axis(),
+            axis=alt.Axis(values=ticks(*ends), format="~s", ticks=False),
         ),
         x_title=RATIO,
         y=alt.Y("mean:Q", title="share of runs", axis=alt.Axis(format="%")),

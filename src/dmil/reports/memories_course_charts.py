@@ -9,8 +9,7 @@ import polars as pl
 
 from dmil.analysis.memories.names import cell_label, controller_name
 from dmil.reports.marks import Chart, dots, heading, values
-from dmil.reports.memories_look import dashes, named, palette
-from dmil.reports.resco_charts import log_axis
+from dmil.reports.memories_look import dashes, log_field, named, palette
 from dmil.reports.theme import FAINT, INK
 
 _PANEL = (205, 130)
@@ -34,7 +33,7 @@ def learning_chart(learning: pl.DataFrame, cells: Sequence[str]) -> Chart | None
         cells,
         alt.X(
             "x:Q",
-            title="hour of the learner's life, the last is the test",
+            title="hour, the last is the test",
             axis=alt.Axis(grid=False, tickMinStep=1, tickCount=6, format="d"),
         ),
         "waiting / max-pressure's",
@@ -53,14 +52,16 @@ def memory_chart(memory: pl.DataFrame, cells: Sequence[str]) -> Chart | None:
     if data.is_empty():
         return None
     learners = data["controller"].unique(maintain_order=True).to_list()
-    kept = data.select("where", "name", x="hour", mean="bytes").with_columns(low=None, high=None)
+    kept = data.select("where", "name", x="hour", mean="bytes").with_columns(
+        low=pl.lit(None, pl.Float64), high=pl.lit(None, pl.Float64)
+    )
     return _panels(
         kept,
         learners,
         cells,
         alt.X(
             "x:Q",
-            title="hours of the learner's life, the last is the test",
+            title="hours, the last is the test",
             axis=alt.Axis(grid=False, tickCount=6),
         ),
         "bytes per intersection",
@@ -115,6 +116,7 @@ def _panels(
         symbolType="stroke",
         symbolSize=240,
         symbolStrokeWidth=2,
+        symbolOpacity=1,
     )
     colour = alt.Color(
         "name:N",
@@ -126,9 +128,10 @@ def _panels(
         scale=alt.Scale(domain=names, range=[strokes[name] for name in names]),
         legend=legend,
     )
-    scale = alt.Scale(type="log", nice=False, padding=6)
-    y = alt.Y("mean:Q", title=y_title, scale=scale, axis=log_axis())
-    low = alt.Y("low:Q", title=y_title, scale=scale, axis=log_axis())
+    numbers = [*data["mean"], *data["low"].drop_nulls(), *data["high"].drop_nulls()]
+    ends = min(numbers) / 1.1, max(numbers) * 1.1
+    y = log_field("mean:Q", y_title, *ends, alt.Y)
+    low = log_field("low:Q", y_title, *ends, alt.Y)
     points = data.group_by("where", "name").len().filter(pl.col("len") == 1)
     marked = data.join(points, on=["where", "name"], how="left", maintain_order="left")
     base = alt.Chart().transform_filter("isValid(datum.mean)")

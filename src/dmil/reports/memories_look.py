@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import TypeVar
 
+import altair as alt
 import polars as pl
 
 from dmil.analysis.memories.names import cell_label, controller_name
 
-#: Okabe and Ito's palette by family: ours red, the paper's agents orange, episodic green, replay
-#: blue, teams purple; rules in grey.
+Axis = TypeVar("Axis", alt.X, alt.Y)
+
+#: By family, mostly from Okabe and Ito's palette: ours red and pink, the paper's agents yellow,
+#: episodic green, replay blue, teams purple; rules in grey.
 COLOURS: dict[str, str] = {
     "factored": "#D55E00",
-    "lookahead": "#A23B00",
+    "lookahead": "#EE3377",
     "sarsa": "#E69F00",
     "dual-memory": "#B8860B",
     "mfec": "#009E73",
@@ -44,6 +49,41 @@ _DASHES = {
     "sotl": [2, 2],
     "random": [2, 2],
 }
+
+
+_TICKS = (
+    (1.0,),
+    (1.0, 2.0, 5.0),
+    (1.0, 1.5, 2.0, 3.0, 5.0, 7.0),
+    tuple(i / 20 for i in range(20, 200)),
+)
+_FEWEST_TICKS = 4
+
+
+def ticks(low: float, high: float) -> list[float]:
+    """Return the values to label on a logarithmic axis: round, and not too many (ours)."""
+    found: list[float] = []
+    decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    for steps in _TICKS:
+        found = [
+            value
+            for decade in decades
+            for value in (float(f"{step}e{decade}") for step in steps)
+            if low <= value <= high
+        ]
+        if len(found) >= _FEWEST_TICKS:
+            break
+    return found
+
+
+def log_field(field: str, title: str, low: float, high: float, kind: type[Axis]) -> Axis:
+    """Return a logarithmic axis from ``low`` to ``high`` with few, round labels (ours)."""
+    return kind(
+        field,
+        title=title,
+        scale=alt.Scale(type="log", domain=[low, high], nice=False),
+        axis=alt.Axis(values=ticks(low, high), format="~s", grid=True, ticks=False),
+    )
 
 
 def colour_of(label: str) -> str:

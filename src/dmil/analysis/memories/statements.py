@@ -109,7 +109,7 @@ BARS: tuple[Bar, ...] = (
     Bar(
         "nowhere-above-max-pressure",
         "bars",
-        "Factored memory waits longer than max-pressure nowhere, one intersection included.",
+        "Nowhere does factored memory wait longer than max-pressure, one intersection included.",
         EVERYWHERE,
         (SUBJECT,),
         MAX_PRESSURE,
@@ -118,7 +118,7 @@ BARS: tuple[Bar, ...] = (
     Bar(
         "nowhere-above-longest-queue",
         "bars",
-        "Factored memory waits longer than longest queue first nowhere.",
+        "Nowhere does factored memory wait longer than longest queue first.",
         EVERYWHERE,
         (SUBJECT,),
         LONGEST_QUEUE,
@@ -147,7 +147,7 @@ BARS: tuple[Bar, ...] = (
     Bar(
         "nowhere-above-approaching",
         "bars",
-        "Factored memory waits longer than longest queue first with approaching vehicles nowhere.",
+        "Nowhere does it wait longer than longest queue first that sees approaching vehicles, too.",
         EVERYWHERE,
         (SUBJECT,),
         LONGEST_QUEUE_APPROACHING,
