@@ -21,6 +21,7 @@ from tests.differential.test_learners import (
     best_of,
     copied,
     mean,
+    pick,
     sizes_of,
     table_of,
 )
@@ -45,17 +46,12 @@ class WithFallback:
         queued = [int(queue[sorted(phase)].sum()) for phase in self.nodes[i].phases]
         return shown if queued[shown] == max(queued) else queued.index(max(queued))
 
-    def knows(self, i, classes, key):
-        tables = self.tables if hasattr(self, "tables") else self.short
-        owner = self.owner[i] if hasattr(self, "owner") else i
-        known = [row["key"] for row in tables[owner]]
-        if hasattr(self, "long"):
-            known += [row["key"] for row in self.long[i]]
-        return classes.find(known, key)[0] is not None
-
 
 class FallbackSarsaTwin(WithFallback, SarsaTwin):
     """SARSA; nothing else differs."""
+
+    def knows(self, i, classes, key):
+        return classes.find([row["key"] for row in self.tables[self.owner[i]]], key)[0] is not None
 
 
 class Capped(list):
@@ -70,7 +66,7 @@ class CappedTwin(WithFallback, DualTwin):
     """Dual memory under a cap."""
 
     def start(self, prior):
-        self.refused = self.replaced = 0
+        self.refused = self.replaced = self.staged = 0
         self.wide = max(len(classes.places[0]) for classes in self.classes)
         starts = []
         for s, classes in enumerate(self.classes):
@@ -92,9 +88,55 @@ class CappedTwin(WithFallback, DualTwin):
     def padded(self, key):
         return [*key, *[0] * (self.wide - len(key))]
 
+    def told(self, i, classes, key):
+        """Return best action and Q of the short-term row of a key, None if it has none to tell."""
+        row, image = classes.find([r["key"] for r in self.short[i]], key)
+        if row is None or len(self.short[i][row]["q"]) < self.settings.least_tried:
+            return None
+        values = self.short[i][row]["q"]
+        return image.index(best_of(values)), values[best_of(values)]
+
+    def knows(self, i, classes, key):
+        known = classes.find([row["key"] for row in self.long[i]], key)[0] is not None
+        return known or self.told(i, classes, key) is not None
+
+    def choose(self, i, classes, key, draws):
+        knows, random = self.knows(i, classes, key), self.settings.unseen == "random"
+        if draws[0] < self.epsilon or (random and not knows):
+            return pick(draws[1], range(classes.action_count))
+        if not knows:
+            return super().choose(i, classes, key, draws)
+        row, image = classes.find([r["key"] for r in self.long[i]], key)
+        told = self.told(i, classes, key)
+        if row is None or (told and self.is_better(told[1], self.long[i][row]["q"])):
+            return told[0]
+        return image.index(self.long[i][row]["a"])
+
     def learn(self, i, classes, key, action, value):
+        short, settings = self.short[i], self.settings
         self.long[i].admission.record(self.padded(key))
-        super().learn(i, classes, key, action, value)
+        row, image = classes.find_or_append(short, key, {"q": {}, "n": 0})
+        row["q"] = {**row["q"], image[action]: value}
+        row["n"] += 1
+        if len(short) < settings.short_capacity:
+            return
+        staged = []
+        for row in short:
+            zeros = (
+                dict.fromkeys(range(classes.action_count), 0.0) if settings.stage_untried else {}
+            )
+            values = {**zeros, **row["q"]}
+            # Of equal ones what was tried is taken, even where an untried zero comes first.
+            tried = best_of(row["q"])
+            best = tried if row["q"][tried] == max(values.values()) else best_of(values)
+            if len(row["q"]) >= settings.least_tried:
+                merit = row["n"] if settings.staging == "visits" else values[best]
+                staged.append((merit, row["key"], best, values[best]))
+        staged.sort(key=lambda each: -each[0])
+        self.staged += len(staged)
+        for _, staged_key, best, q in staged[: self.part(len(short))]:
+            self.consolidate(self.long[i], classes, staged_key, best, q)
+        short.clear()
 
     def consolidate(self, long, classes, key, action, q):
         row, image = classes.find([r["key"] for r in long], key)
@@ -189,6 +231,24 @@ def test_a_capped_dual_memory_is_its_twin(networks, walk, plain_classes, embeddi
     twin = CappedTwin(settings, network, None, plain_classes)
     drive(DualMemoryController(settings), twin, network, walk, 120)
     assert twin.replaced and twin.refused
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"stage_untried": True},
+        {"stage_untried": True, "staging": "visits"},
+        {"least_tried": 2},
+        {"least_tried": 3, "stage_untried": True, "unseen": "longest-queue"},
+    ],
+    ids=str,
+)
+def test_what_is_staged_and_told_is_what_the_twin_says(networks, walk, plain_classes, options):
+    options = {"epsilon": 0.5, "short_capacity": 5, "long_capacity": 50, **options}
+    settings = DualMemorySettings(embedding="cells", **options)
+    twin = CappedTwin(settings, networks["mixed"], None, plain_classes)
+    drive(DualMemoryController(settings), twin, networks["mixed"], walk, 200)
+    assert twin.staged
 
 
 @pytest.mark.parametrize("embedding", EMBEDDINGS)

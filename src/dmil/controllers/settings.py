@@ -120,6 +120,12 @@ class DualMemorySettings(LearnerSettings):
         description="Let an untried action, with its Q of 0, be the best of a row that is staged; "
         "off: only what was tried is staged [A].",
     )
+    least_tried: int = Field(
+        default=1,
+        ge=1,
+        description="How many actions of a class must have been tried before short-term memory "
+        "tells or stages the best of them [A].",
+    )
     long_capacity: int = Field(
         default=0,
         ge=0,

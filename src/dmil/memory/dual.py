@@ -36,6 +36,9 @@ class DualMemory(NamedTuple):
         T_stage: stage after this many writes instead of when full; 0 for the rule "when full".
     stage_untried: bool
         Whether an untried action with its Q of 0 may be the best of a row that is staged.
+    least_tried: int
+        How many actions of a class must have been tried before short-term memory tells or stages
+        the best of them.
     admission: Admission
         Cap on the long-term memory, and who may stay under it.
     """
@@ -48,6 +51,7 @@ class DualMemory(NamedTuple):
     stage_by_visits: bool
     stage_period: int
     stage_untried: bool = False
+    least_tried: int = 1
     admission: Admission = NO_CAP
 
 
@@ -78,6 +82,15 @@ def find_both(
 
 
 @kernel
+def best_compared(memory: DualMemory, owner: int, row: int, count: int) -> int:
+    """Return the best tried action of a short-term row, `ABSENT` if too few were tried."""
+    tried = 0
+    for action in range(count):
+        tried += memory.short.tried[owner, row, action]
+    return best_tried(memory.short, owner, row, count) if tried >= memory.least_tried else ABSENT
+
+
+@kernel
 def recall(memory: DualMemory, classes: Classes, owner: int, shape: int, found: Found) -> int:
     """Return the best action known for a key, −1 if its class is in neither memory.
 
@@ -90,7 +103,7 @@ def recall(memory: DualMemory, classes: Classes, owner: int, shape: int, found: 
         best = classes.phase_preimage[shape, found.long_variant, action]
         best_value = memory.long.value[owner, found.long_row]
     if found.short_row != ABSENT:
-        action = best_tried(memory.short, owner, found.short_row, classes.phase_count[shape])
+        action = best_compared(memory, owner, found.short_row, classes.phase_count[shape])
         if action != ABSENT:
             value = memory.short.value[owner, found.short_row, action]
             if best == ABSENT or significantly_better(value, best_value, memory.significance):

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from dmil.compilation import kernel
 from dmil.memory.admission import Admission, admit, mark_of, record
-from dmil.memory.dual import DualMemory, Found, significantly_better
+from dmil.memory.dual import DualMemory, Found, best_compared, significantly_better
 from dmil.memory.rows import ABSENT
 from dmil.memory.tables import (
     BestTable,
     IntArray,
     Scratch,
-    best_tried,
     clear_values,
     forget_values,
     look_up,
@@ -91,8 +90,8 @@ def stage(memory: DualMemory, classes: Classes, owner: int, shape: int, scratch:
 
 @kernel
 def _staged_action(memory: DualMemory, owner: int, row: int, count: int) -> int:
-    """Return the best action of a row, `ABSENT` if it was staged already."""
-    best = best_tried(memory.short, owner, row, count)
+    """Return the best action of a row, `ABSENT` if it has none to stage (any more)."""
+    best = best_compared(memory, owner, row, count)
     if best != ABSENT and memory.stage_untried:
         for action in range(count):
             # What was not tried is 0.

@@ -5,6 +5,7 @@ import pytest
 
 from dmil.errors import PolicyError
 from dmil.memory import (
+    ABSENT,
     NO_CAP,
     admission_of,
     append,
@@ -158,3 +159,19 @@ def test_counts_that_do_not_fit_are_refused(change, capacity, message):
     with pytest.raises(PolicyError) as error:
         unpack_admission(arrays, capacity, np.array([4], np.int32))
     assert message in str(error.value)
+
+
+def test_too_few_tried_actions_are_neither_told_nor_staged():
+    agent = Example(least_tried=2)
+    agent.insert((10, 10), 0, 5.0)
+    assert agent.recall((10, 10)) == ABSENT
+    # Its value still counts where it is learned from.
+    assert agent.value((10, 10), 0) == 5.0
+    agent.insert((10, 10), 2, 6.0)
+    assert agent.recall((10, 10)) == 2
+    agent.insert((20, 20), 0, 9.0)
+    agent.insert((30, 30), 0, 8.0)
+    agent.insert((40, 40), 0, 7.0)
+    # ⌈½·4⌉ = 2 rows may be staged, and one has something to tell.
+    assert agent.long == [((10, 10), 2, 6.0)]
+    assert agent.short == []
