@@ -63,8 +63,10 @@ class ReturnWindow:
         if len(self._rewards) < self._steps:
             return None
         value = self._discounts[-1] * np.broadcast_to(following, reward.shape)
-        for discount, earned in zip(self._discounts[-2::-1], self._rewards[::-1], strict=True):
-            value = value + discount * earned
+        # A sum that is no number is the caller's to notice.
+        with np.errstate(over="ignore", invalid="ignore"):
+            for discount, earned in zip(self._discounts[-2::-1], self._rewards[::-1], strict=True):
+                value = value + discount * earned
         self._rewards.pop(0)
         return self._chosen.pop(0), value
 

@@ -1,0 +1,198 @@
+"""Pattern classes, PLMP's decisions and its predictions against plain Python."""
+
+import math
+
+import numpy as np
+import pytest
+
+from dmil.controllers import Situation, make_controller
+from dmil.controllers.announcements import Announcements
+from dmil.controllers.choice import DRAWS
+from dmil.memory import append, make_rows
+from dmil.memory.patterns import covers, find_pattern
+from dmil.network import grid
+from dmil.scenarios import SignalTiming
+from dmil.seeding import stream
+from dmil.simulation import Observation
+from dmil.testing.proving_grounds import uneven_network
+
+NETWORKS = {"grid": grid(2, 2), "uneven": uneven_network()}
+
+
+def plainly_covers(key, pattern, reach):
+    """As it is defined: the key, its multiples, and what is 0 … reach above it everywhere."""
+    off = [p - k for k, p in zip(key, pattern, strict=True)]
+    multiples = [[v * k for k in key] for v in range(2, reach + 1)]
+    return all(0 <= d <= reach for d in off) or list(pattern) in multiples
+
+
+def plainly_found(keys, pattern, reach):
+    """Return the oldest key that covers a pattern."""
+    return next((i for i, k in enumerate(keys) if plainly_covers(k, pattern, reach)), -1)
+
+
+@pytest.mark.parametrize("reach", [0, 1, 2, 3])
+def test_classes_are_as_they_are_defined(reach):
+    covered = 0
+    for code in range(4**3 * 7**3):
+        key = np.array([code % 4, code // 4 % 4, code // 16 % 4], np.int32)
+        rest = code // 64
+        pattern = np.array([rest % 7, rest // 7 % 7, rest // 49], np.int32)
+        expected = plainly_covers(key.tolist(), pattern.tolist(), reach)
+        assert covers(key, pattern, reach) == expected
+        covered += expected
+    # Multiples of keys that are too far for the rest of the class are among them.
+    assert covers(np.array([3, 0, 2], np.int32), np.array([9, 0, 6], np.int32), reach) == (
+        reach >= 3
+    )
+    assert 4**3 <= covered < 4**3 * 7**3 / 2
+
+
+@pytest.mark.parametrize("reach", [0, 1, 2])
+def test_the_first_key_that_covers_a_pattern_has_it(reach):
+    rng = stream(reach, "patterns")
+    rows, keys, older = make_rows(1, 400, 4, 0), [], 0
+    for pattern in rng.poisson(1.5, (400, 4)).astype(np.int32):
+        row = find_pattern(rows, 0, pattern[None], reach)
+        assert row == plainly_found(keys, pattern.tolist(), reach)
+        if row == -1:
+            append(rows, 0, pattern)
+            keys.append(pattern.tolist())
+        else:
+            older += keys[row] != pattern.tolist()
+    assert len(keys) > 10
+    assert (older > 50) == (reach > 0)
+
+
+def plain_ahead(network, seen, timing, flow):
+    """Return the queues one decision ahead, one movement after the other."""
+
+    def has_green(i, j):
+        item, phase = network.intersections[i], int(seen.phase[i])
+        return j in item.unsignalled or (phase >= 0 and j in item.phases[phase])
+
+    def goes(i, j, time_s):
+        lanes = max(1, len(network.intersections[i].movements[j].lanes))
+        return min(seen.queue_veh[i, j], flow * lanes * time_s) if has_green(i, j) else 0
+
+    links = {link.id: link for link in network.links}
+    movements = {}
+    for item in network.intersections:
+        for movement in item.movements:
+            movements[movement.from_link] = movements.get(movement.from_link, 0) + 1
+    inflow = dict.fromkeys(links, 0.0)
+    for i, item in enumerate(network.intersections):
+        for j, movement in enumerate(item.movements):
+            link = links[movement.to_link]
+            in_time_s = max(0, timing.decision_interval_s - link.length_m / link.speed_m_per_s)
+            inflow[link.id] += goes(i, j, in_time_s)
+    ahead = np.zeros_like(seen.queue_veh)
+    for i, item in enumerate(network.intersections):
+        for j, movement in enumerate(item.movements):
+            comes = seen.approaching_veh[i, j] + inflow[movement.from_link] / movements.get(
+                movement.from_link
+            )
+            stays = seen.queue_veh[i, j] - goes(i, j, timing.decision_interval_s)
+            ahead[i, j] = math.floor(stays + comes + 0.5)
+    return ahead
+
+
+def looks(network, seed, count):
+    """Yield observations drawn at random."""
+    rng = stream(seed, "looks")
+    most = max(len(item.movements) for item in network.intersections)
+    phases = [len(item.phases) for item in network.intersections]
+    for k in range(count):
+        queue = np.zeros((len(phases), most), np.int32)
+        coming = queue.copy()
+        for i, item in enumerate(network.intersections):
+            n = len(item.movements)
+            queue[i, :n], coming[i, :n] = rng.poisson(1.2, n), rng.poisson(0.3, n)
+        shown = rng.integers(-1, phases).astype(np.int32)
+        yield Observation(queue, coming, shown, shown * 0, 10 * k, queue.astype(float))
+
+
+@pytest.mark.parametrize("name", NETWORKS)
+def test_predictions_are_those_of_plain_sums(name):
+    network, timing = NETWORKS[name], SignalTiming(decision_interval_s=10)
+    situation = Situation(network, timing, stream(0))
+    announcements = Announcements(situation)
+    flow = situation.dynamics.saturation_flow_veh_per_s
+    for seen in looks(network, 1, 60):
+        found = announcements.queue_ahead(seen)
+        assert found.tolist() == plain_ahead(network, seen, timing, flow).tolist()
+
+
+class PlainPlmp:
+    """PLMP with lists, agent by agent."""
+
+    def __init__(self, network, reach, predicts, capacity):
+        self.network, self.reach = network, reach
+        self.predicts, self.capacity = predicts, capacity
+        self.keys, self.values = {}, {}
+        self.last = [None] * len(network.intersections)
+
+    def decide(self, patterns, ahead, shapes, reward, draws, epsilon):
+        return [
+            self.agent(i, shape, patterns[i], ahead[i], reward, draws[i], epsilon)
+            for i, shape in enumerate(shapes)
+        ]
+
+    def agent(self, i, shape, pattern, ahead, reward, draws, epsilon):
+        keys = self.keys.setdefault(shape, [])
+        values = self.values.setdefault(shape, [])
+        row = known = plainly_found(keys, pattern, self.reach)
+        if row < 0 and self.predicts:
+            known = plainly_found(keys, ahead, self.reach)
+        tried = values[known] if known >= 0 else {}
+        count = len(self.network.intersections[i].phases)
+        if self.last[i] is not None and reward is not None:
+            then, phase = self.last[i]
+            old = then.get(phase, 0.0)
+            following = max(tried.values()) if tried else 0.0
+            then[phase] = old + 0.1 * (reward[i] + 0.95 * following - old)
+        if known < 0 or draws[0] < epsilon:
+            action = int(draws[1] * count)
+        else:
+            worth = [tried.get(phase, 0.0) for phase in range(count)]
+            best = [phase for phase in range(count) if worth[phase] == max(worth)]
+            action = best[int(draws[2] * len(best))]
+        if row < 0 and len(keys) < self.capacity:
+            row = len(keys)
+            keys.append(pattern)
+            values.append({})
+        self.last[i] = (values[row], action) if row >= 0 else None
+        return action
+
+
+@pytest.mark.parametrize("predicts", [True, False])
+@pytest.mark.parametrize("capacity", [15, 1000])
+@pytest.mark.parametrize("name", NETWORKS)
+def test_decisions_are_those_of_the_plain_twin(name, capacity, predicts):
+    network = NETWORKS[name]
+    options = {"reach": 1, "prediction": predicts, "capacity": capacity, "epsilon_last": 0.2}
+    options |= {"epsilon_first": 0.2}
+    controller = make_controller("plmp", options)
+    controller.begin(Situation(network, SignalTiming(), stream(5, "chance")))
+    twin = PlainPlmp(network, 1, predicts, capacity)
+    chance, rewards, reward = stream(5, "chance"), stream(5, "rewards"), None
+    announcements = Announcements(Situation(network, SignalTiming(), stream(5)))
+    shapes = controller.agents.shape.tolist()
+    for seen in looks(network, 2, 200):
+        patterns = controller.states(seen).tolist()
+        ahead = controller.signalled(announcements.queue_ahead(seen)).tolist()
+        draws = chance.random((len(shapes), DRAWS))
+        expected = twin.decide(patterns, ahead, shapes, reward, draws, 0.2)
+        assert controller.decide(seen, reward).tolist() == expected
+        reward = rewards.standard_normal(len(shapes))
+    stored = [keys for _, keys in sorted(twin.keys.items())]
+    assert controller.arrays()["size"].tolist() == [len(keys) for keys in stored]
+    assert controller.arrays()["keys"].tolist() == [key for keys in stored for key in keys]
+    values = [each for _, values in sorted(twin.values.items()) for each in values]
+    for found, tried, expected in zip(
+        controller.arrays()["value"], controller.arrays()["tried"], values, strict=True
+    ):
+        assert {int(p): found[p] for p in np.flatnonzero(tried)} == expected
+    counts = controller.lookups()
+    assert sum(counts.values()) == 200 * len(shapes)
+    assert (counts["prediction"] > 0) == predicts
