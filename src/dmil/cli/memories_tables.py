@@ -37,9 +37,9 @@ def standing_table(tables: MemoriesTables) -> Group:
         f"W over max-pressure's on the same vehicles, {len(runs.cells)} cells, {seeds}", "italic"
     )
     caption = (
-        "Interquartile mean [95 % interval]; share of runs in which it is less; bytes\n"
-        "per intersection and µs per decision (all intersections), in the cell with\n"
-        "most; decisions until the queue stays below max-pressure's, likewise."
+        "Interquartile mean ± half of its 95 % interval; share of runs in which it is\n"
+        "less; bytes per intersection and µs per decision (all intersections), in the\n"
+        "cell with most; decisions until the queue stays below max-pressure's, likewise."
     )
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=0)
     table.add_column("", no_wrap=True, width=27, overflow="ellipsis")
@@ -116,7 +116,7 @@ def _ratio(row: dict[str, Any]) -> str:
     if row["max_pressure_ratio"] is None:
         return "–"
     ends = row["max_pressure_low"], row["max_pressure_high"]
-    interval = "" if None in ends else f" [{ends[0]:.3f}, {ends[1]:.3f}]"
+    interval = "" if None in ends else f" ±{(ends[1] - ends[0]) / 2:.3f}".replace("0.", ".")
     return f"{row['max_pressure_ratio']:.3f}{interval}"
 
 
