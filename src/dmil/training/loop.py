@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -79,6 +80,7 @@ def run(
     scenario = simulator.scenario
     controller.begin(Situation(network, scenario.timing, rng, vehicles, scenario.dynamics))
     observation = simulator.reset(vehicles, seed)
+    memory_use = _memory_use_of(controller)
     last_reward = None
     times_s, memory = [], []
     decisions, decide_ns = 0, 0
@@ -89,13 +91,13 @@ def run(
         decisions += 1
         if watch_memory:
             times_s.append(observation.time_s)
-            memory.append(_memory_use(controller))
+            memory.append(memory_use())
         following = simulator.advance(phases)
         if following.time_s >= simulator.horizon_s:
             break
         last_reward = checked_reward(reward, observation, following, network)
         observation = following
-    at_the_end = memory[-1] if memory else _memory_use(controller)
+    at_the_end = memory[-1] if memory else memory_use()
     return Run(
         simulator.measures(),
         (*times_s, following.time_s),
@@ -105,5 +107,6 @@ def run(
     )
 
 
-def _memory_use(controller: Controller) -> MemoryUse:
-    return controller.memory_use() if isinstance(controller, MemoryController) else NO_MEMORY
+def _memory_use_of(controller: Controller) -> Callable[[], MemoryUse]:
+    # Once a run: to ask whether an object follows a protocol takes longer than many a decision.
+    return controller.memory_use if isinstance(controller, MemoryController) else lambda: NO_MEMORY
