@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from dmil.errors import PolicyError
-from dmil.memory.dictionary import recall_mean, write_towards
+from dmil.memory.dictionary import gather, recall_mean, write_towards
 from dmil.memory.episodic import estimate, keep_best
 from dmil.memory.neighbours import (
     find_key,
@@ -171,6 +171,32 @@ def test_a_dictionary_is_its_plain_twin(kind, capacity):
         if rng.random() < 0.7:
             twins.write(table, key, float(rng.standard_normal()))
             known.append(key)
+    twins.check()
+
+
+def test_what_is_gathered_are_the_neighbours():
+    rng = stream(3, "gathered")
+    twins = Twins(6, 100, neighbours=8)
+    for table, count in ((0, 30), (2, 5)):
+        for key in keys_of("embeddings", rng, count, 6):
+            twins.write(table, key, float(rng.standard_normal()))
+    tables = np.array([0, 2, 0, 2], np.int32)
+    asked = keys_of("embeddings", rng, 4, 6)
+    keys = np.zeros((4, 8, 6), np.float32)
+    value, present = np.full((2, 4, 8), np.nan, np.float32)
+    gather(twins.compiled, tables, asked, twins.nearest, keys, value, present)
+    twins.time += 1
+    for row, table in enumerate(tables.tolist()):
+        entries = twins.plain[table].entries
+        around = [entries[i] for _, i in twins.around(table, asked[row])]
+        found = len(around)
+        assert present[row].tolist() == [1.0] * found + [0.0] * (8 - found)
+        assert keys[row, :found].tolist() == [each["key"].tolist() for each in around]
+        assert value[row, :found].tolist() == [np.float32(each["value"]) for each in around]
+        assert not value[row, found:].any()
+        for each in around:
+            each["used"] = twins.time
+    assert present.sum(axis=1).tolist() == [8, 5, 8, 5]
     twins.check()
 
 
