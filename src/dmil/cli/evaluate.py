@@ -221,7 +221,9 @@ def _contenders(settings: EvaluateParameters, policies: list[Policy]) -> list[Co
         )
     for choice in settings.controller:
         # What freezes a learner goes over its defaults, not over what somebody asked for.
-        frozen = choice.options | accepted(choice.name, mode)
+        entry = CONTROLLERS.get(choice.name)
+        online = entry is not None and entry.online
+        frozen = choice.options | ({} if online else accepted(choice.name, mode))
         options = frozen | choice.changed | settings.changes
         make_reward(settings.reward)
         add(

@@ -25,6 +25,7 @@ from dmil.controllers.deep.settings import (
     VdnSettings,
 )
 from dmil.controllers.dual_memory import DualMemoryController
+from dmil.controllers.factored import FactoredController, FactoredSettings
 from dmil.controllers.foresight import ForesightController, ForesightSettings
 from dmil.controllers.gap_out import GapOutController, GapOutSettings
 from dmil.controllers.mfec import MfecController, MfecSettings
@@ -62,6 +63,8 @@ class Entry:
         One line for people.
     from_prior: bool
         Whether it can begin from what a dummy agent learned.
+    online: bool
+        Whether it is meant to learn while it works, from the first second on, without training.
     """
 
     make: Any
@@ -69,6 +72,7 @@ class Entry:
     learns: bool
     summary: str
     from_prior: bool = False
+    online: bool = False
 
 
 CONTROLLERS: dict[str, Entry] = {
@@ -109,6 +113,13 @@ CONTROLLERS: dict[str, Entry] = {
         ForesightSettings,
         False,
         "plans one intersection, all arrivals known: a limit, no rival",
+    ),
+    "factored": Entry(
+        FactoredController,
+        FactoredSettings,
+        True,
+        "factored dual memory: one small table of lanes, neighbours announce their phases",
+        online=True,
     ),
     "sarsa": Entry(
         SarsaController,

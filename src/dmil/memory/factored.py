@@ -1,0 +1,109 @@
+"""A table of parts: what one queue is worth beyond a formula, the same table for all of them.
+
+Values of a whole add up from values of its parts, so one small table serves every part everywhere.
+A row is what a part looks like, a column how it is treated; an entry is the *residual*, what was
+learned beyond what is believed of a part that nobody has seen (the prior, which is the caller's).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from dmil.compilation import kernel
+from dmil.memory.saved import saved_array
+
+STEPS = np.maximum(0.01, 0.1 / (1.0 + np.arange(256) / 5.0) ** 0.6)
+"""Size of an entry's n-th step; the last one counts for all that follow."""
+
+MOST = np.iinfo(np.uint16).max
+"""Entries learned more often are counted no further."""
+
+Single = npt.NDArray[np.float32]
+
+
+class FactoredTable(NamedTuple):
+    """Residuals of parts (ours).
+
+    Attributes
+    ----------
+    residual: (rows, columns) float32
+    times: (rows, columns) uint16
+        How often an entry was learned, at most `MOST`.
+    square: (rows, columns) float32, or (0, 0)
+        Mean squared error of an entry's last predictions; only for who wants to know how sure it
+        is.
+    """
+
+    residual: Single
+    times: npt.NDArray[np.uint16]
+    square: Single
+
+    @property
+    def entries(self) -> int:
+        """Entries that have been learned."""
+        return int(np.count_nonzero(self.times))
+
+    @property
+    def bytes_total(self) -> int:
+        """Memory of all arrays."""
+        return sum(array.nbytes for array in self)
+
+
+def make_factored_table(rows: int, columns: int, *, with_errors: bool = False) -> FactoredTable:
+    """Return a table that has learned nothing (ours)."""
+    shape = rows, columns
+    return FactoredTable(
+        residual=np.zeros(shape, np.float32),
+        times=np.zeros(shape, np.uint16),
+        square=np.zeros(shape if with_errors else (0, 0), np.float32),
+    )
+
+
+def restored_table(arrays: Mapping[str, npt.NDArray[Any]], like: FactoredTable) -> FactoredTable:
+    """Return a saved table.
+
+    Raises
+    ------
+    PolicyError
+        If an array is missing, of another shape, or holds what is no number.
+    """
+    return FactoredTable(
+        *(
+            saved_array(arrays, name, array.shape, array.dtype).copy()
+            for name, array in like._asdict().items()
+        )
+    )
+
+
+@kernel
+def learn_part(table: FactoredTable, row: int, column: int, error: float) -> None:
+    """Move an entry by a step of its error; the steps get smaller with their number (ours)."""
+    times = int(table.times[row, column])
+    step = STEPS[min(times, STEPS.size - 1)]
+    table.residual[row, column] += np.float32(step * error)
+    table.times[row, column] = np.uint16(min(times + 1, MOST))
+    if table.square.shape[0] > 0:
+        past = table.square[row, column]
+        weight = max(step, 1.0 / (1.0 + times))
+        table.square[row, column] = past + np.float32(weight * (error * error - past))
+
+
+@kernel
+def surely(table: FactoredTable, row: int, column: int, other: int, errors: float) -> float:
+    """Return how much more an entry is than another, less so many standard errors (ours).
+
+    Of less than that nothing is left; without errors in the table it is the plain difference.
+    """
+    difference = float(table.residual[row, column]) - float(table.residual[row, other])
+    if errors == 0.0 or table.square.shape[0] == 0:
+        return difference
+    doubt = 0.0
+    for each in (column, other):
+        doubt += float(table.square[row, each]) / max(1.0, float(table.times[row, each]))
+    doubt = errors * math.sqrt(doubt)
+    return math.copysign(max(0.0, abs(difference) - doubt), difference)
