@@ -70,9 +70,7 @@ def write_made_up_study(folder: Path, *, seeds: int = 6) -> Path:
                     "simulator": "queue",
                 }
                 _run(tables, key, numbers, base, rng)
-    frames = {
-        name: pl.DataFrame(rows, schema=TABLES[name].schema) for name, rows in tables.items()
-    }
+    frames = {name: pl.DataFrame(rows, schema=TABLES[name].schema) for name, rows in tables.items()}
     write_results(folder, **frames)
     configuration = {
         "controllers": list(CONTROLLERS),
