@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from dmil.demand import FileDemand, ResampledDemand
 from dmil.errors import InputError
 from dmil.scenarios import Scenario, scenario
 from dmil.scenarios.model import SignalTiming
@@ -89,7 +90,10 @@ class Cell:
         if not self.is_city:
             return scenario(self.scenario, horizon_s=horizon_s, load=self.load)
         place = city_folder(data) / self.scenario.removeprefix(CITY)
-        return scenario(f"{CITY}{place}", horizon_s=horizon_s, load=self.load, timing=CITY_TIMING)
+        city = scenario(f"{CITY}{place}", horizon_s=horizon_s, load=self.load, timing=CITY_TIMING)
+        assert isinstance(city.demand, FileDemand)
+        # One recorded day is one number; seeds are other days like it.
+        return replace(city, demand=ResampledDemand(city.demand))
 
 
 def city_folder(data: Path | None) -> Path:
