@@ -37,7 +37,7 @@ class ForesightSettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     width: int = Field(
-        default=300,
+        default=1000,
         ge=1,
         le=1_000_000,
         description="States that the search keeps at every decision; more take longer.",
