@@ -46,7 +46,7 @@ class FactoredSettings(BaseModel):
         "the announcement of the intersection before or by the arrival rate; 0: none.",
     )
     wave: float = Field(
-        default=1.0,
+        default=0.7,
         ge=0,
         allow_inf_nan=False,
         description="Vehicles that green for a lane counts more if those who leave it find green "
