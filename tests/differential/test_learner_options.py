@@ -41,10 +41,30 @@ class WithFallback:
         explores = draws[0] < self.epsilon
         if explores or self.settings.unseen == "random" or self.knows(i, classes, key):
             return super().choose(i, classes, key, draws)
+        if self.settings.unseen == "nearest":
+            return self.nearest(i, classes, key, draws)
         self.fell_back += 1
         queue, shown = self.seen.queue_veh[i], self.seen.phase[i]
         queued = [int(queue[sorted(phase)].sum()) for phase in self.nodes[i].phases]
         return shown if queued[shown] == max(queued) else queued.index(max(queued))
+
+    def nearest(self, i, classes, key, draws):
+        rows = self.long[i] if hasattr(self, "long") else self.tables[self.owner[i]]
+        if not rows:
+            return pick(draws[1], range(classes.action_count))
+        self.fell_back += 1
+        far = []
+        for variant, image in enumerate(classes.places):
+            moved = dict(zip(image, key, strict=True))
+            for place, row in enumerate(rows):
+                off = sum(abs(row["key"][j] - moved[j]) for j in moved)
+                far.append((off, place, variant))
+        _, place, variant = min(far)
+        image = classes.actions[variant]
+        if hasattr(self, "long"):
+            return image.index(rows[place]["a"])
+        values = [rows[place]["q"].get(image[a], 0.0) for a in range(classes.action_count)]
+        return pick(draws[2], [a for a, q in enumerate(values) if q == max(values)])
 
 
 class FallbackSarsaTwin(WithFallback, SarsaTwin):
@@ -200,13 +220,18 @@ def drive(controller, twin, network, walk, decisions):
         assert tuple(table_of(part, sizes) for part in controller.memory[:2]) == twin.memory()
 
 
+@pytest.mark.parametrize("unseen", ["longest-queue", "nearest"])
 @pytest.mark.parametrize("embedding", EMBEDDINGS)
-def test_an_unseen_state_acts_as_the_longest_queue_says(networks, walk, plain_classes, embedding):
+def test_an_unseen_state_acts_as_it_is_told(networks, walk, plain_classes, embedding, unseen):
     network = networks["mixed"]
-    options = {"embedding": embedding, "epsilon": 0.1, "unseen": "longest-queue"}
+    options = {"embedding": embedding, "epsilon": 0.1, "unseen": unseen}
     for settings, kind, make in (
         (SarsaSettings(**options), SarsaController, FallbackSarsaTwin),
-        (DualMemorySettings(**options, long_capacity=30), DualMemoryController, CappedTwin),
+        (
+            DualMemorySettings(**options, long_capacity=30, short_capacity=4),
+            DualMemoryController,
+            CappedTwin,
+        ),
     ):
         twin = make(settings, network, None, plain_classes)
         drive(kind(settings), twin, network, walk, 60)
@@ -221,6 +246,7 @@ def test_an_unseen_state_acts_as_the_longest_queue_says(networks, walk, plain_cl
         {"long_capacity": 1, "short_capacity": 2, "staging": "visits"},
         {"communication": True, "communication_period_s": 70},
         {"communication": True, "communication_period_s": 30, "unseen": "longest-queue"},
+        {"unseen": "nearest", "least_tried": 2},
     ],
     ids=str,
 )

@@ -54,8 +54,7 @@ class PlainAdmission:
 
     def places(self, key):
         mark = self.mark(key)
-        step = mark >> 32 | 1
-        return [(mark + depth * step) % len(self.counters[0]) for depth in range(DEPTH)]
+        return [(mark >> 15 * depth) % len(self.counters[0]) for depth in range(DEPTH)]
 
     def frequency(self, key):
         return min(row[place] for row, place in zip(self.counters, self.places(key), strict=True))

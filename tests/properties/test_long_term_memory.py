@@ -33,7 +33,8 @@ OPTIONS = st.fixed_dictionaries(
         "short_capacity": st.integers(1, 3),
         "staging": st.sampled_from(["value", "visits"]),
         "stage_untried": st.booleans(),
-        "unseen": st.sampled_from(["random", "longest-queue"]),
+        "least_tried": st.integers(1, 3),
+        "unseen": st.sampled_from(["random", "longest-queue", "nearest"]),
         "communication": st.booleans(),
     }
 )

@@ -33,6 +33,7 @@ from dmil.memory import (
     pack,
     pack_admission,
     recall,
+    recall_nearest,
     recalled_value,
     remark,
     remember,
@@ -259,6 +260,8 @@ def decide_dual_memory(classes: Classes, memory: DualMemory, step: Step, scratch
             action = uniform_action(draws[1], count)
         else:
             action = recall(memory, classes, agent, shape, found)
+            if action == ABSENT and step.asks_nearest:
+                action = recall_nearest(memory, classes, agent, shape, key, scratch)
             if action == ABSENT:
                 action = unseen_action(step.fallback[agent], draws[1], count)
         step.action[agent] = action

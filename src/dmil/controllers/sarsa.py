@@ -21,6 +21,7 @@ from dmil.memory import (
     bytes_used,
     import_values,
     look_up,
+    look_up_nearest,
     make_scratch,
     make_value_table,
     pack,
@@ -182,7 +183,14 @@ def decide_sarsa(
         if explores(draws, step.epsilon):
             action = uniform_action(draws[1], count)
         elif row == ABSENT:
-            action = unseen_action(step.fallback[agent], draws[1], count)
+            near, turn = ABSENT, 0
+            if step.asks_nearest:
+                near, turn = look_up_nearest(table.rows, classes, mine, shape, key, scratch)
+            if near == ABSENT:
+                action = unseen_action(step.fallback[agent], draws[1], count)
+            else:
+                turned = classes.phase_image[shape, turn]
+                action = greedy_action(table.value[mine, near], turned, count, draws[2])
         else:
             action = greedy_action(table.value[mine, row], image, count, draws[2])
         step.action[agent] = action

@@ -76,10 +76,10 @@ class LearnerSettings(BaseModel):
     learning: bool = Field(
         default=True, description="Whether the memory changes; off for a frozen evaluation."
     )
-    unseen: Literal["random", "longest-queue"] = Field(
+    unseen: Literal["random", "longest-queue", "nearest"] = Field(
         default="random",
-        description="What an unseen state does: a random action [A], or what longest-queue-first "
-        "does.",
+        description="What an unseen state does: a random action [A], what longest-queue-first "
+        "does, or what the nearest class that is known does.",
     )
 
 

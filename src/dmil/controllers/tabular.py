@@ -41,6 +41,8 @@ class Step(NamedTuple):
         See `dmil.controllers.choice.DRAWS`.
     fallback: (agents,) int32
         What to do in an unseen state; −1: a random action.
+    asks_nearest: bool
+        Whether an unseen state does what the nearest class that is known does, if there is one.
     epsilon, learning_rate, discount: float
     learns: bool
         Whether there is a last action to learn from.
@@ -54,6 +56,7 @@ class Step(NamedTuple):
     reward: FloatArray
     draws: FloatArray
     fallback: IntArray
+    asks_nearest: bool
     epsilon: float
     learning_rate: float
     discount: float
@@ -126,6 +129,7 @@ class TabularLearner(ABC):
             reward=np.zeros(count) if reward is None else reward,
             draws=self._rng.random((count, DRAWS)),
             fallback=self._fallback(observation),
+            asks_nearest=settings.unseen == "nearest",
             epsilon=self._epsilon,
             learning_rate=settings.learning_rate,
             discount=settings.discount,

@@ -37,7 +37,9 @@ HIGHEST = 15
 COUNTERS_PER_ROW = 4
 """Counters for each row of the cap, at least, in each of the `DEPTH` rows of the sketch."""
 LEAST_COUNTERS = 64
-"""In each row of the sketch, or the counters of two classes would often be the same four."""
+"""In each row of the sketch, or two classes would often share all their counters."""
+MARK_BITS = 15
+"""Bits of a mark for each row of the sketch."""
 SAMPLE = 10
 """All counters are halved after so many counts per row of the cap (TinyLFU, §3.3)."""
 
@@ -122,9 +124,8 @@ def mark_of(classes: Classes, shape: int, key: IntArray, tolerance: int, scratch
 
 @kernel
 def _place(admission: Admission, mark: int, depth: int) -> int:
-    """Return a class's counter in one row of the sketch (Kirsch and Mitzenmacher, 2008)."""
-    step = (mark >> 32) | 1
-    return int((mark + depth * step) & (2 * admission.counts.shape[2] - 1))
+    """Return a class's counter in one row of the sketch: other bits of its mark for every row."""
+    return int((mark >> (MARK_BITS * depth)) & (2 * admission.counts.shape[2] - 1))
 
 
 @kernel

@@ -10,7 +10,14 @@ from typing import NamedTuple
 from dmil.compilation import kernel
 from dmil.memory.admission import NO_CAP, Admission
 from dmil.memory.rows import ABSENT, find
-from dmil.memory.tables import BestTable, IntArray, Scratch, ValueTable, best_tried
+from dmil.memory.tables import (
+    BestTable,
+    IntArray,
+    Scratch,
+    ValueTable,
+    best_tried,
+    look_up_nearest,
+)
 from dmil.symmetry import Classes, vary
 
 
@@ -109,6 +116,20 @@ def recall(memory: DualMemory, classes: Classes, owner: int, shape: int, found: 
             if best == ABSENT or significantly_better(value, best_value, memory.significance):
                 best = classes.phase_preimage[shape, found.short_variant, action]
     return best
+
+
+@kernel
+def recall_nearest(
+    memory: DualMemory, classes: Classes, owner: int, shape: int, key: IntArray, scratch: Scratch
+) -> int:
+    """Return the action of the long-term row nearest to a key, −1 if there is none at all.
+
+    For keys whose class is in neither memory; the action is given back in the key's orientation.
+    """
+    row, variant = look_up_nearest(memory.long.rows, classes, owner, shape, key, scratch)
+    if row == ABSENT:
+        return ABSENT
+    return int(classes.phase_preimage[shape, variant, memory.long.action[owner, row]])
 
 
 @kernel

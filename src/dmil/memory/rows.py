@@ -134,6 +134,24 @@ def find(rows: Rows, owner: int, variants: IntArray, count: int) -> tuple[int, i
 
 
 @kernel
+def find_nearest(rows: Rows, owner: int, variants: IntArray, count: int) -> tuple[int, int]:
+    """Find the nearest key by L1 however far it is, as `find` does within the tolerance.
+
+    It compares every key: this is for the few keys that have no class, among few rows.
+    """
+    best_row, best_variant, best_distance = ABSENT, 0, np.iinfo(np.int64).max
+    for row in range(rows.size[owner]):
+        for variant in range(count):
+            distance, place = 0, 0
+            while place < variants.shape[1] and distance < best_distance:
+                distance += abs(rows.keys[owner, row, place] - variants[variant, place])
+                place += 1
+            if distance < best_distance:
+                best_row, best_variant, best_distance = row, variant, distance
+    return best_row, best_variant
+
+
+@kernel
 def append(rows: Rows, owner: int, key: IntArray) -> int:
     """Add a row for a key that is not in the table; return its number.
 

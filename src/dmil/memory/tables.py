@@ -15,6 +15,7 @@ from dmil.memory.rows import (
     clear,
     copy_rows,
     find,
+    find_nearest,
     is_short_of_room,
     larger_capacity,
     make_rows,
@@ -171,6 +172,15 @@ def look_up(
     """
     count = vary(classes, shape, key, scratch.variants)
     return find(rows, owner, scratch.variants, count)
+
+
+@kernel
+def look_up_nearest(
+    rows: Rows, classes: Classes, owner: int, shape: int, key: IntArray, scratch: Scratch
+) -> tuple[int, int]:
+    """Find the row nearest to a key, however far it is; see `look_up`."""
+    count = vary(classes, shape, key, scratch.variants)
+    return find_nearest(rows, owner, scratch.variants, count)
 
 
 @kernel

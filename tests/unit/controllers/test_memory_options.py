@@ -26,6 +26,7 @@ EACH = [
     {"long_capacity": 7},
     {"long_capacity": 3, "short_capacity": 2, "communication": True, "communication_period_s": 40},
     {"unseen": "longest-queue"},
+    {"unseen": "nearest", "long_capacity": 4, "short_capacity": 3},
     {"stage_untried": True, "short_capacity": 3},
     {"least_tried": 2},
     FULL,
@@ -60,6 +61,11 @@ def test_who_knows_nothing_is_longest_queue_first(name, mixed_network, tee):
             seen = observed(queue, shown, 10 * k)
             mine, theirs = (each.decide(seen, None).tolist() for each in rivals)
             assert mine == theirs
+
+
+def test_sarsa_conforms_with_every_rule_for_unseen_states():
+    for unseen in ("longest-queue", "nearest"):
+        check_controller(lambda u=unseen: make_controller("sarsa", {"unseen": u, "epsilon": 0.2}))
 
 
 @pytest.mark.parametrize("options", EACH, ids=str)
@@ -121,7 +127,7 @@ def test_what_is_counted_for_the_cap_is_memory_too():
 @pytest.mark.parametrize(
     ("option", "value", "message"),
     [
-        ("unseen", "longest", "'random' or 'longest-queue'"),
+        ("unseen", "longest", "'random', 'longest-queue' or 'nearest'"),
         ("long_capacity", -1, "greater than or equal to 0"),
         ("long_capacity", 10**6, "less than or equal to 100000"),
         ("least_tried", 0, "greater than or equal to 1"),
