@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dmil.controllers.beam import search
+from dmil.controllers.beam import AHEAD_INTERVALS, search
 from dmil.controllers.crossing import Crossing
 from dmil.seeding import stream
 from dmil.simulation.timing import Rules
@@ -36,7 +36,7 @@ def plain_search(crossing, width):
     for decision in range(decisions):
         begin_s = decision * interval_s
         end_s = begin_s + interval_s
-        ahead_s = 0 if decision == decisions - 1 else interval_s
+        ahead_s = 0 if decision == decisions - 1 else AHEAD_INTERVALS * interval_s
         arriving = crossing.arriving_veh[begin_s:end_s].T.tolist()
         found = []
         for waited, lanes, ready, shown, since_s, way in states:

@@ -49,13 +49,17 @@ class Trials(NamedTuple):
     digest: npt.NDArray[np.uint64]
 
 
+AHEAD_INTERVALS = 4
+"""What a queued vehicle is thought to wait yet, in decision intervals: found by trials (ours)."""
+
+
 @allocating_kernel
 def search(crossing: Crossing, width: int) -> tuple[IntArray, LongArray]:
     """Find phases with little waiting, the fewer vehicle-seconds the wider the beam (ours).
 
     Of all states that follow from those kept, the ``width`` best are kept at every decision: by
-    what was waited so far plus one decision interval for every vehicle queued. Of equal states the
-    one that waited less is kept. With a width that is never reached the result is the optimum.
+    what was waited so far plus `AHEAD_INTERVALS` for every vehicle queued. Of equal states the one
+    that waited less is kept. With a width that is never reached the result is the optimum.
 
     Parameters
     ----------
@@ -63,8 +67,6 @@ def search(crossing: Crossing, width: int) -> tuple[IntArray, LongArray]:
         See `Crossing`.
     width
         States kept.
-    linear_s, quadratic_s
-        Seconds per vehicle, and per squared vehicle, that a queue is thought to cost.
 
     Returns
     -------
@@ -97,7 +99,7 @@ def search(crossing: Crossing, width: int) -> tuple[IntArray, LongArray]:
     wait_at = np.zeros((decisions, width), np.int64)
     for decision in range(decisions):
         begin_s = decision * interval_s
-        ahead_s = 0 if decision == decisions - 1 else interval_s
+        ahead_s = 0 if decision == decisions - 1 else AHEAD_INTERVALS * interval_s
         found = 0
         for state in range(count):
             _try_movements(crossing, kept, trials, state, begin_s, ahead_s)
