@@ -24,16 +24,17 @@ SUMO_PACKAGES = ("libsumo", "sumo", "sumo_rl")
 def bench(json: Json = False, debug: Debug = False) -> None:
     """Measure the speed of simulator, controllers and look-ups on this machine.
 
-    It takes about half a minute, and another one where SUMO is installed. All figures are medians
+    It takes about a minute, and another one where SUMO is installed. All figures are medians
     over several rounds, measured in turns. A step is one simulated second of the whole network, the
     5×5 grid if no other is named; a decision is one intersection's, learning included. A ratio
     compares with another figure of the same rounds: its median, and between which extremes it lay.
     """
     with waiting("measuring"):
         from dmil.benchmarks.lookups import lookup_figures
+        from dmil.benchmarks.neighbours import neighbour_figures
         from dmil.benchmarks.throughput import throughput_figures
 
-        figures = [*throughput_figures(), *lookup_figures()]
+        figures = [*throughput_figures(), *lookup_figures(), *neighbour_figures()]
         if all(importlib.util.find_spec(name) for name in SUMO_PACKAGES):
             from dmil.benchmarks.sumo import sumo_figures
 

@@ -39,8 +39,8 @@ def test_the_busy_grid():
 
 
 def test_bench_adds_them(monkeypatch, capsys):
-    for module in ("throughput.throughput_figures", "lookups.lookup_figures"):
-        monkeypatch.setattr(f"dmil.benchmarks.{module}", lambda: [])
+    for module in ("throughput.throughput", "lookups.lookup", "neighbours.neighbour"):
+        monkeypatch.setattr(f"dmil.benchmarks.{module}_figures", lambda: [])
     monkeypatch.setattr("dmil.cli.bench.SUMO_PACKAGES", ())
     monkeypatch.setattr("dmil.benchmarks.sumo.sumo_figures", lambda: [Figure("x", 2.0, "1/s")])
     bench.bench(json=True)

@@ -24,6 +24,7 @@ def test_bench_prints_the_contract(monkeypatch, capsys):
     one, two = Figure("a", 1500.0, "1/s"), Figure("b", 0.5, "ns", "a", 2.0, 1.5, 2.5)
     monkeypatch.setattr("dmil.benchmarks.throughput.throughput_figures", lambda: [one])
     monkeypatch.setattr("dmil.benchmarks.lookups.lookup_figures", lambda: [two])
+    monkeypatch.setattr("dmil.benchmarks.neighbours.neighbour_figures", lambda: [])
     monkeypatch.setattr("dmil.cli.bench.SUMO_PACKAGES", ("no_such_package",))
     bench.bench(json=True)
     found = json.loads(capsys.readouterr().out)
