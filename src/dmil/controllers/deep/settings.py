@@ -81,7 +81,7 @@ class HindsightSettings(DqnSettings):
     """Deep Q-network with goals and hindsight replay."""
 
     goal_veh: int = Field(
-        default=5, ge=0, description="g: the worst queue that it tries not to exceed."
+        default=2, ge=0, description="g: the worst queue that it tries not to exceed."
     )
     relabelled: int = Field(
         default=4,
