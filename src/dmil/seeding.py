@@ -35,6 +35,23 @@ def stream(seed: int, *names: str | int) -> np.random.Generator:
     return np.random.Generator(np.random.PCG64(sequence))
 
 
+def tuning_seeds(seed: int, count: int) -> list[int]:
+    """Return master seeds for choosing a controller's options (ours).
+
+    All are larger than `LARGEST_SEED`, so that no test has one of them: what was tuned never meets
+    the chance that it was tuned on.
+
+    Parameters
+    ----------
+    seed
+        Master seed of the tuning.
+    count
+        How many; the first ones do not depend on it.
+    """
+    draws = stream(seed, "tuning", "seeds")
+    return [int(draws.integers(LARGEST_SEED + 1, 2**62)) for _ in range(count)]
+
+
 def simulator_seed(seed: int, *names: str | int) -> int:
     """Return a seed for the chance inside a simulator, 0 to 2³¹ − 2 (ours).
 

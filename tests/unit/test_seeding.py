@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dmil.seeding import stream
+from dmil.seeding import LARGEST_SEED, stream, tuning_seeds
 
 
 @pytest.mark.parametrize(
@@ -60,3 +60,10 @@ def test_the_global_generator_is_left_alone():
 def test_a_negative_seed_is_refused():
     with pytest.raises(ValueError, match="non-negative"):
         stream(-1, "demand")
+
+
+def test_tuning_seeds_are_none_that_a_command_takes():
+    seeds = [seed for master in range(50) for seed in tuning_seeds(master, 20)]
+    assert len(set(seeds)) == 1000
+    assert min(seeds) > LARGEST_SEED
+    assert all(isinstance(seed, int) for seed in seeds)

@@ -30,6 +30,7 @@ COMMANDS = {
     "simulate": "Run one controller on one scenario and print what was measured.",
     "train": "Train a controller and save its policy to a file.",
     "evaluate": "Compare controllers and trained policies on the same vehicles.",
+    "tune": "Choose options of controllers on seeds of their own, the same budget for each.",
     "calibrate": "Measure in one run of SUMO what the queue simulator should use.",
     "export": "Write what a controller did as signal programs for SUMO and as signal events.",
     "report": "Write the report of a study again: page, figures, tables.",
@@ -40,7 +41,7 @@ COMMANDS = {
     "bench": "Measure the speed of simulator, controllers and look-ups.",
     "version": "Print versions of dmil and of what it stands on.",
 }
-WORK = {"study": "dmil.studies.block"}
+WORK = {"study": "dmil.studies.block", "tune": "dmil.studies.tuning.scoring"}
 """Commands that run worker processes, and the module these work with."""
 OK, FAILED, USER_ERROR = 0, 1, 2
 

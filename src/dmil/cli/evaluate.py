@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json as json_module
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +15,11 @@ from dmil.cli.choices import (
     SIMULATOR_OPTIONS,
     ControllerChoice,
     SimulatorChoice,
-    accepted,
     complete_scenario,
     controller_options,
     with_scenario_of,
 )
+from dmil.cli.contenders import contenders_of
 from dmil.cli.evaluate_table import COLUMN_WIDTH, DIFFERENCES, LABEL_WIDTH, comparison_table
 from dmil.cli.help import Command
 from dmil.cli.measures import UNFINISHED
@@ -28,20 +27,17 @@ from dmil.cli.parameters import Option, settings_command
 from dmil.cli.terminal import print_json, progress, results, say, show, waiting
 from dmil.compilation import is_cold
 from dmil.controllers import CONTROLLERS
-from dmil.controllers.variants import parse_variant
 from dmil.demand import SumoDemand
 from dmil.errors import InputError
-from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED
 from dmil.statistics import Estimate
 from dmil.studies import LocalExecutor, compile_kernels
-from dmil.studies.comparison import REFERENCE, Comparison, Contender, compare
-from dmil.training import Policy, load_policy
+from dmil.studies.comparison import REFERENCE, Comparison, compare
+from dmil.training import load_policy
 
 UNDRIVABLE = ("unknown-road", "no-way")
-BASELINES = ("fixed-cycle", "longest-queue-first", "max-pressure")
 
 
 class EvaluateParameters(ScenarioRecipe, SimulatorChoice):
@@ -51,6 +47,9 @@ class EvaluateParameters(ScenarioRecipe, SimulatorChoice):
         (), description="Controller to judge; may be repeated."
     )
     policy: tuple[Path, ...] = Field((), description="Policy to judge; may be repeated.")
+    tuned: tuple[Path, ...] = Field(
+        (), description="Controller to judge with what dmil tune chose for it; may be repeated."
+    )
     changes: dict[str, Any] = Field(
         {}, description="Settings that go over those of all judged controllers and policies."
     )
@@ -92,6 +91,7 @@ OPTIONS = (
     *SIMULATOR_OPTIONS,
     *controller_options(many=True),
     Option("policy", "--policy", "Controllers", "FILE", many=True),
+    Option("tuned", "--tuned", "Controllers", "FILE", many=True),
     Option("baselines", "--baselines", "Controllers"),
     Option("reference", "--reference", "Controllers", "NAME"),
     Option("learn", "--learn", "Test"),
@@ -121,6 +121,7 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
         dmil evaluate --policy policy.npz
         dmil evaluate --scenario grid:5x5 --controller random --seeds 30
         dmil evaluate --policy a.npz --policy b.npz --scenario grid:3x3 --load 1.5
+        dmil evaluate --scenario grid:3x3 --controller max-pressure,approaching=true
         dmil evaluate --scenario grid:3x3 --controller mine:MyController
         dmil evaluate --policy policy.npz --simulator sumo --reference program
 
@@ -133,12 +134,13 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
     A policy, or a controller that learns, is frozen by default: it does not learn, and always takes
     the action it holds best (ε = 0). Then the seeds tell how good what it has learned is.
     """
-    if not settings.policy and not settings.controller and not settings.baselines:
+    judged = settings.policy or settings.controller or settings.tuned
+    if not judged and not settings.baselines:
         raise InputError("nobody to judge", where="evaluate", mend="add --controller or --policy")
     policies = [load_policy(path) for path in settings.policy]
     recipe = with_scenario_of(settings, policies[0] if policies else None)
     scenario = recipe.build()
-    contenders = _contenders(settings, policies)
+    contenders = contenders_of(settings, policies)
     if is_cold():
         with waiting("First start: compiling kernels, once …"):
             compile_kernels()
@@ -200,69 +202,6 @@ def _write_report(
             routing=recipe.routing,
         )
         write_comparison(path, found, examine(case), title=scenario.name, about=about, notes=notes)
-
-
-def _contenders(settings: EvaluateParameters, policies: list[Policy]) -> list[Contender]:
-    """Return everyone who runs; those to judge first, each with a label of its own."""
-    made: dict[str, Contender] = {}
-
-    def add(label: str, contender: dict[str, Any]) -> None:
-        unique, count = label, 2
-        while unique in made:
-            unique, count = f"{label} ({count})", count + 1
-        made[unique] = Contender(unique, **contender)
-
-    mode = _mode(settings)
-    for path, policy in zip(settings.policy, policies, strict=True):
-        options = accepted(policy.controller, mode) | settings.changes
-        add(
-            path.name,
-            {"options": json_module.dumps(options), "policy": str(path), "reward": policy.reward},
-        )
-    for choice in settings.controller:
-        # What freezes a learner goes over its defaults, not over what somebody asked for.
-        entry = CONTROLLERS.get(choice.name)
-        online = entry is not None and entry.online
-        frozen = choice.options | ({} if online else accepted(choice.name, mode))
-        options = frozen | choice.changed | settings.changes
-        make_reward(settings.reward)
-        add(
-            choice.label,
-            {
-                "controller": choice.name,
-                "options": json_module.dumps(options),
-                "reward": settings.reward,
-            },
-        )
-        if options.get("learning") is False:
-            say(f"{choice.label} has learned nothing yet and is frozen: train it, or add --learn.")
-    for name in BASELINES if settings.baselines else ():
-        if name not in made:
-            add(name, {"controller": name})
-    wanted = settings.reference
-    if wanted not in made and wanted != REFERENCE:
-        variant = parse_variant(wanted)
-        entry = CONTROLLERS.get(variant.name)
-        if entry is None or entry.learns:
-            fixed = [name for name, entry in CONTROLLERS.items() if not entry.learns]
-            raise InputError(
-                f"found '{wanted}'",
-                where="--reference",
-                expected=f"one of {', '.join(dict.fromkeys([*made, *fixed]))}",
-            )
-        chosen = json_module.dumps(dict(variant.options))
-        add(wanted, {"controller": variant.name, "options": chosen})
-    return list(made.values())
-
-
-def _mode(settings: EvaluateParameters) -> dict[str, Any]:
-    """Return the options that freeze a learner, or let it learn."""
-    mode: dict[str, Any] = {"learning": settings.learn}
-    if settings.epsilon is not None:
-        mode["epsilon"] = settings.epsilon
-    elif not settings.learn:
-        mode["epsilon"] = 0.0
-    return mode
 
 
 def _notes(settings: EvaluateParameters, found: Comparison, scenario: Scenario) -> list[str]:

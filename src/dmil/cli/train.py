@@ -33,6 +33,7 @@ from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED
 from dmil.simulation import make_simulator
 from dmil.studies import compile_kernels
+from dmil.studies.tuning import load_tuned
 from dmil.training import (
     Policy,
     Run,
@@ -52,6 +53,9 @@ class TrainParameters(ScenarioRecipe, SimulatorChoice):
         ControllerChoice(name="dual-memory"),
         description="Controller that learns: a name (see dmil controllers) or "
         "package.module:Class.",
+    )
+    tuned: Path | None = Field(
+        None, description="Train the controller of a file of dmil tune with what was chosen for it."
     )
     reward: str = Field("diffusion", description=REWARD)
     episodes: int = Field(
@@ -79,6 +83,7 @@ OPTIONS = (
     *SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS[0],
     *controller_options(many=False),
+    Option("tuned", "--tuned", "Controller", "FILE"),
     Option("reward", "--reward", "Training"),
     Option("episodes", "--episodes", "Training"),
     Option("seed", "--seed", "Training"),
@@ -118,6 +123,8 @@ def train(settings: TrainParameters, json: bool) -> None:
     before = load_policy(settings.resume) if settings.resume else None
     if before is not None and settings.resume is not None:
         settings = _resumed(settings, before, str(settings.resume))
+    elif settings.tuned is not None:
+        settings = _as_tuned(settings, settings.tuned)
     out = settings.out or settings.resume
     if out is None:
         raise InputError(
@@ -209,6 +216,24 @@ def _resumed(settings: TrainParameters, policy: Policy, where: str) -> TrainPara
 
 def _begins_from_prior(name: str) -> bool:
     return name in CONTROLLERS and CONTROLLERS[name].from_prior
+
+
+def _as_tuned(settings: TrainParameters, path: Path) -> TrainParameters:
+    """Take the controller and its options from a tuning; those that were given go over them."""
+    tuned = load_tuned(path)
+    given = settings.controller if "controller" in settings.model_fields_set else None
+    if given is not None and given.name != tuned.controller:
+        raise InputError(
+            f"options of '{tuned.controller}', not of '{given.name}'",
+            where=f"--tuned {path}",
+            mend="leave out --controller, or name that one",
+        )
+    options = tuned.chosen | (given.options if given else {})
+    controller = ControllerChoice(**{"name": tuned.controller, **options})
+    changes: dict[str, Any] = {"controller": controller}
+    if "reward" not in settings.model_fields_set:
+        changes["reward"] = tuned.reward
+    return settings.model_copy(update=changes)
 
 
 def _checked(settings: TrainParameters, options: dict[str, Any]) -> MemoryController:

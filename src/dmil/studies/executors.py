@@ -28,7 +28,7 @@ class Executor(Protocol):
 
 
 class LocalExecutor:
-    """Processes of this machine.
+    """Processes of this machine; as a context manager it keeps them from one map to the next.
 
     Parameters
     ----------
@@ -40,18 +40,26 @@ class LocalExecutor:
         if jobs is not None and jobs < 1:
             raise InputError(f"{jobs} jobs", where="jobs", expected="at least 1")
         self.jobs = jobs or available_cores()
+        self._keeps = False
+        self._kept: ProcessPoolExecutor | None = None
+
+    def __enter__(self) -> LocalExecutor:
+        self._keeps = True
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._keeps = False
+        if self._kept is not None:
+            self._kept.shutdown(wait=True)
+            self._kept = None
 
     def map(self, function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Result]:
         """Yield results as they come."""
         if self.jobs == 1 or len(items) < 2:
             yield from map(function, items)
             return
-        # A server that imports once and forks workers: quick, and free of this process's threads.
-        context = multiprocessing.get_context("forkserver")
-        start_worker_server(function_module(function))
-        pool = ProcessPoolExecutor(
-            min(self.jobs, len(items)), mp_context=context, initializer=_prepare_worker
-        )
+        pool = self._kept or self._started(function, len(items))
+        self._kept = pool if self._keeps else None
         finished = False
         try:
             with _put_off(signal.SIGINT, signal.SIGTERM):  # half begun it cannot be shut down
@@ -69,7 +77,16 @@ class LocalExecutor:
             with _put_off(signal.SIGINT, signal.SIGTERM):  # a second Ctrl-C would leave it hanging
                 if not finished:  # nobody waits for what has begun
                     _terminate(pool)
-                pool.shutdown(wait=True, cancel_futures=True)
+                    self._kept = None
+                if pool is not self._kept:
+                    pool.shutdown(wait=True, cancel_futures=True)
+
+    def _started(self, function: Callable[[Item], Result], items: int) -> ProcessPoolExecutor:
+        # A server that imports once and forks workers: quick, and free of this process's threads.
+        context = multiprocessing.get_context("forkserver")
+        start_worker_server(function_module(function))
+        workers = self.jobs if self._keeps else min(self.jobs, items)
+        return ProcessPoolExecutor(workers, mp_context=context, initializer=_prepare_worker)
 
 
 class RayExecutor:

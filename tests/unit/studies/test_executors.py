@@ -43,6 +43,23 @@ def test_two_jobs_are_two_other_processes():
     assert 1 <= len(used) <= 2
 
 
+def test_as_a_context_manager_it_keeps_its_processes():
+    with LocalExecutor(2) as executor:
+        first, second = (set(executor.map(process_of, range(8))) for _ in range(2))
+        assert len(first | second) <= 2
+        assert multiprocessing.active_children()
+    assert not multiprocessing.active_children()
+
+
+def test_a_kept_executor_that_was_stopped_begins_anew():
+    with LocalExecutor(2) as executor:
+        results = executor.map(process_of, range(20))
+        next(results)
+        results.close()
+        assert sorted(executor.map(square, range(5))) == [0, 1, 4, 9, 16]
+    assert not multiprocessing.active_children()
+
+
 def test_closing_leaves_no_worker_behind():
     results = LocalExecutor(2).map(process_of, range(20))
     next(results)

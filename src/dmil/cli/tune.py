@@ -1,0 +1,184 @@
+"""``dmil tune``: options of controllers, chosen on tuning seeds with the same budget for each."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import typer
+from pydantic import Field, field_validator
+
+from dmil.cli.application import StoppedError
+from dmil.cli.choices import (
+    REWARD,
+    SCENARIO_OPTIONS,
+    SIMULATOR_OPTIONS,
+    ControllerChoice,
+    SimulatorChoice,
+    complete_scenario,
+    controller_options,
+    recipe_of,
+)
+from dmil.cli.help import Command
+from dmil.cli.measures import number
+from dmil.cli.parameters import Option, settings_command
+from dmil.cli.terminal import print_json, progress, say, show, waiting
+from dmil.compilation import is_cold
+from dmil.controllers.variants import Variant
+from dmil.errors import InputError
+from dmil.scenarios.recipe import ScenarioRecipe
+from dmil.studies import LocalExecutor, compile_kernels
+from dmil.studies.tuning import Tuned, TuningSettings
+from dmil.studies.tuning import tune as tune_one
+from dmil.studies.tuning.record import ENDING
+
+UNITS = {
+    "delay_s": "delay in s per vehicle",
+    "travel_time_s": "travel time in s per vehicle",
+    "wait_per_spawned_s": "W in s per vehicle",
+    "mean_queue_veh": "mean queue in veh",
+}
+
+
+class TuneParameters(ScenarioRecipe, SimulatorChoice, TuningSettings):
+    """A tuning of some controllers."""
+
+    controller: tuple[ControllerChoice, ...] = Field(
+        (), description="Controller to tune; may be repeated. Options given with it stay as given."
+    )
+    changes: dict[str, Any] = Field({}, description="Options of all controllers that stay.")
+    reward: str = Field("diffusion", description=REWARD)
+    out: Path = Field(
+        Path("tuned"), description="Folder for a file per controller; those begun there go on."
+    )
+    jobs: int | None = Field(
+        None, ge=1, description="Parallel processes; by default one per core. Same results."
+    )
+
+    @field_validator("controller", mode="before")
+    @classmethod
+    def _several(cls, value: Any) -> Any:
+        return value if isinstance(value, list | tuple) else [value]
+
+    @property
+    def tuning(self) -> TuningSettings:
+        """How much is spent on each, and what for."""
+        names = TuningSettings.model_fields
+        return TuningSettings(**{name: getattr(self, name) for name in names})
+
+
+OPTIONS = (
+    *SCENARIO_OPTIONS,
+    SIMULATOR_OPTIONS[0],
+    *controller_options(many=True),
+    Option("budget", "--budget", "Tuning"),
+    Option("seeds", "--seeds", "Tuning"),
+    Option("check_seeds", "--check-seeds", "Tuning"),
+    Option("episodes", "--episodes", "Tuning"),
+    Option("frozen", "--frozen", "Tuning"),
+    Option("metric", "--metric", "Tuning"),
+    Option("reward", "--reward", "Tuning"),
+    Option("seed", "--seed", "Tuning"),
+    Option("jobs", "--jobs", "Tuning"),
+    Option("out", "--out", "Output", "FOLDER"),
+)
+
+app = typer.Typer(add_completion=False)
+
+
+def _complete(settings: TuneParameters) -> TuneParameters:
+    return settings.model_copy(update=complete_scenario(settings))
+
+
+@app.command(cls=Command)
+@settings_command("tune", TuneParameters, OPTIONS, complete=_complete)
+def tune(settings: TuneParameters, json: bool) -> None:
+    """Choose options of controllers on tuning seeds, with the same budget for each.
+
+    For example:
+        dmil tune --scenario grid:3x3 --controller sarsa --controller dual-memory
+        dmil tune --scenario grid:3x3 --controller dual-memory,embedding=cells --budget 5000
+        dmil train --tuned tuned/sarsa.json --scenario grid:3x3 --out policy.npz
+        dmil evaluate --tuned tuned/longest-queue-first.json --scenario grid:3x3
+
+    Candidates begin on a ninth of the tuning seeds; of each three about one goes on to three times
+    as many (successive halving). The best of them meets the defaults once more on further tuning
+    seeds, and is chosen only if it is better there, too. No command takes a tuning seed as its
+    --seed, so what is tuned has never seen a test's vehicles or chance.
+
+    The budget counts runs of the scenario's length, those of training included. Every score is
+    kept: after Ctrl-C the same command goes on.
+    """
+    chosen = (
+        Variant(choice.name, choice.options | settings.changes) for choice in settings.controller
+    )
+    variants = {variant.label: variant for variant in chosen}
+    if not variants:
+        raise InputError("nobody to tune", where="tune", mend="add --controller NAME")
+    recipe = recipe_of(settings)
+    if is_cold():
+        with waiting("First start: compiling kernels, once …"):
+            compile_kernels()
+    found: list[tuple[Path, Tuned]] = []
+    with LocalExecutor(settings.jobs) as executor:
+        for label, variant in variants.items():
+            path = settings.out / f"{label}{ENDING}"
+            try:
+                with progress(f"runs of {label}") as advance:
+                    tuned = tune_one(
+                        recipe,
+                        variant,
+                        settings.tuning,
+                        path,
+                        simulator=settings.simulator,
+                        reward=settings.reward,
+                        executor=executor,
+                        progress=advance,
+                    )
+            except KeyboardInterrupt:
+                raise StoppedError(
+                    f"all scores are kept in {settings.out}; the same command goes on"
+                ) from None
+            found.append((path, tuned))
+            if not json:
+                show(*_lines(tuned, path), "")
+    if found[0][1].same_demand:
+        say(
+            "The vehicles are recorded, the same in every seed: a test on this scenario has the "
+            "vehicles that were tuned on. Judge it on another one."
+        )
+    if json:
+        print_json({"tuned": [{"file": path} | tuned.summary() for path, tuned in found]})
+
+
+def _lines(tuned: Tuned, path: Path) -> list[str]:
+    """Return what a tuning found, for people."""
+    told = tuned.summary()
+    head = f"{tuned.label} on {tuned.scenario}"
+    if not tuned.space:
+        return [f"{head}: no option to tune, budget 0"]
+    lines = [
+        head,
+        f"  budget: {tuned.runs} of {told['budget_runs']} runs of {tuned.horizon_s} s used, "
+        f"{tuned.simulated_s:,} s",
+        "  candidates: "
+        + " → ".join(f"{each['candidates']} on {each['seeds']} seeds" for each in told["rungs"])
+        + (f"; {told['failed']} failed" if told["failed"] else ""),
+    ]
+    metric = UNITS[told["metric"]]
+    if told["check_seeds"]:
+        ends = told["best_over_default_minus_1"]
+        percent = [f"{100 * ends[name]:+.1f}".replace("-", "−") for name in ends]
+        lines.append(
+            f"  {metric}, on {told['check_seeds']} further seeds: defaults "
+            f"{number(told['default_mean'], 2)}, best {number(told['best_mean'], 2)}, "
+            f"{percent[0]} % [{percent[1]}, {percent[2]}]"
+        )
+    else:
+        lines.append(f"  {metric}: no candidate is better than the defaults")
+    kept = "the defaults" if told["defaults_kept"] else ""
+    return [
+        *lines,
+        f"  chosen: {kept or Variant(tuned.controller, tuned.chosen).label}",
+        f"  {path}",
+    ]

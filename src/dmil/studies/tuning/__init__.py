@@ -1,0 +1,8 @@
+"""Tuning of controllers: the same budget for each, on seeds that no test has."""
+
+from dmil.studies.tuning.record import Tuned, load_tuned, load_tuned_folder
+from dmil.studies.tuning.run import tune
+from dmil.studies.tuning.settings import TuningSettings
+from dmil.studies.tuning.spaces import search_space
+
+__all__ = ["Tuned", "TuningSettings", "load_tuned", "load_tuned_folder", "search_space", "tune"]
