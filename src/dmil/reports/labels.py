@@ -9,6 +9,8 @@ _CONTROLLERS = {
     "dual-memory": "Dual memory",
     "longest-queue-first": "longest queue first",
     "fixed-cycle": "fixed cycle",
+    "webster": "Webster",
+    "sotl": "SOTL",
 }
 
 _SIMULATORS = {
