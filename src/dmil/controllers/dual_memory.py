@@ -61,6 +61,7 @@ class DualMemoryController(TabularLearner):
         to start from.
     """
 
+    FOUND_IN = ("unseen", "short-term", "long-term", "both")
     settings: DualMemorySettings
 
     def __init__(
@@ -255,6 +256,7 @@ def decide_dual_memory(classes: Classes, memory: DualMemory, step: Step, scratch
         draws = step.draws[agent]
         embed(classes, step.state[agent], key)
         found = find_both(memory, classes, agent, shape, key, scratch)
+        step.found_in[(found.short_row != ABSENT) + 2 * (found.long_row != ABSENT)] += 1
         count = classes.phase_count[shape]
         if explores(draws, step.epsilon):
             action = uniform_action(draws[1], count)

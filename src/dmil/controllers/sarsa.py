@@ -48,6 +48,7 @@ class SarsaController(TabularLearner):
         What the dummy agent of the training phase learned, to start from.
     """
 
+    FOUND_IN = ("unseen", "table")
     settings: SarsaSettings
 
     def __init__(
@@ -179,6 +180,7 @@ def decide_sarsa(
         draws = step.draws[agent]
         embed(classes, step.state[agent], key)
         row, variant = look_up(table.rows, classes, mine, shape, key, scratch)
+        step.found_in[0 if row == ABSENT else 1] += 1
         count, image = classes.phase_count[shape], classes.phase_image[shape, variant]
         if explores(draws, step.epsilon):
             action = uniform_action(draws[1], count)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from dmil.controllers.agents import Agents, agents_of, classes_of
 from dmil.controllers.choice import DRAWS
@@ -46,6 +47,8 @@ class Step(NamedTuple):
     epsilon, learning_rate, discount: float
     learns: bool
         Whether there is a last action to learn from.
+    found_in: (4,) int64
+        How often a state was found where, counted in place; see `TabularLearner.FOUND_IN`.
     """
 
     state: IntArray
@@ -61,6 +64,7 @@ class Step(NamedTuple):
     learning_rate: float
     discount: float
     learns: bool
+    found_in: npt.NDArray[np.int64]
 
 
 class TabularLearner(ABC):
@@ -74,6 +78,8 @@ class TabularLearner(ABC):
         What to start from.
     """
 
+    FOUND_IN: ClassVar[tuple[str, ...]]
+    """Where a state may be found, "unseen" first: names of what kernels count."""
     settings: LearnerSettings
 
     def __init__(self, settings: LearnerSettings, prior: Prior | None) -> None:
@@ -81,6 +87,7 @@ class TabularLearner(ABC):
         self._embedding = embedding(settings.embedding)
         self._prior = prior
         self._agents: Agents | None = None
+        self._found_in = np.zeros(4, np.int64)
         # Per shape of intersection, how many leading rows all its agents have in common.
         self._common = np.zeros(0, np.int32)
 
@@ -134,6 +141,7 @@ class TabularLearner(ABC):
             learning_rate=settings.learning_rate,
             discount=settings.discount,
             learns=settings.learning and reward is not None,
+            found_in=self._found_in,
         )
         self._take(step)
         self._key_before, self._key, self._action = step.key_before, step.key, step.action
@@ -141,6 +149,10 @@ class TabularLearner(ABC):
         if settings.learning and self._meetings.due(observation.time_s):
             self._meet()
         return step.action
+
+    def lookups(self) -> dict[str, int]:
+        """Return how often the state at a decision was found where, since this was made."""
+        return dict(zip(self.FOUND_IN, self._found_in.tolist(), strict=False))
 
     def _fallback(self, observation: Observation) -> IntArray:
         if self._longest_queue is None:
