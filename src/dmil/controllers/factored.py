@@ -131,18 +131,6 @@ class FactoredController:
             row=np.zeros(count, np.int16),
             treatment=np.zeros(count, np.int8),
         )
-        self._scratch = Scratch(
-            queue_veh=np.zeros(count),
-            expected_veh=np.zeros(count),
-            row=np.zeros(count, np.int32),
-            shown=np.zeros(count, np.int8),
-            treatment=np.zeros(count, np.int8),
-            waiting_veh=np.zeros(count),
-            link_rate_veh=np.zeros(links),
-            inflow_veh=np.zeros(links),
-            green=np.zeros(links),
-            lookups=self._lookups,
-        )
         self._asked: IntArray | None = None
         columns = 1 + (PARTLY if groups.partly.any() else SWITCHED if lost_s else KEPT)
         if self._table is None:
@@ -155,6 +143,20 @@ class FactoredController:
                 expected="a memory that has learned where signals lose time as here",
                 mend="train it on this network, with its signal timing",
             )
+        self._scratch = Scratch(
+            queue_veh=np.zeros(count, np.float32),
+            expected_veh=np.zeros(count, np.float32),
+            waiting_veh=np.zeros(count, np.float32),
+            row=np.zeros(count, np.int16),
+            shown=np.zeros(count, np.int8),
+            treatment=np.zeros(count, np.int8),
+            gain=np.zeros(count, np.float32),
+            link_rate_veh=np.zeros(links, np.float32),
+            inflow_veh=np.zeros(links, np.float32),
+            green=np.zeros(links, np.float32),
+            sure=np.zeros_like(self._table.residual),
+            lookups=self._lookups,
+        )
 
     @property
     def table(self) -> FactoredTable:

@@ -22,12 +22,15 @@ RED, KEPT, SWITCHED, PARTLY = range(4)
 QUEUES, ARRIVALS, RATES = 12, 4, 6
 """Bins of a row: {0…8, 9–10, 11–14, 15+}, {0, 1, 2, 3+}, and between the edges of RATE_EDGES."""
 ROWS = QUEUES * ARRIVALS * RATES
+QUEUE_BIN = np.array([*range(9), 9, 9, 10, 10, 10, 10, 11])
 RATE_EDGES_VEH = (0.15, 0.4, 0.8, 1.5, 3.0)
 NOT_LEARNED_FROM_VEH = 20.0
 """Longest queue that is learned from: beyond, the prior's line goes on with the last residual."""
 SMALLEST_RATE_VEH = 0.05
 """Added to the rate of every lane group when inflow is divided: no group gets none for ever."""
-TIE = 1e-9
+TIE = 1e-5
+RATED_ENOUGH = 1000.0
+"""Intervals after which the moving average forgets at its own pace, whatever the step."""
 
 
 class Weights(NamedTuple):
@@ -94,29 +97,34 @@ class Seen(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Working space: (groups,) but where it says otherwise.
+    """Working space: (groups,) but where it says otherwise; vehicles are per lane.
 
     Attributes
     ----------
-    queue_veh, expected_veh, waiting_veh: float64
-        Per lane.
-    row: int32
+    queue_veh, expected_veh, waiting_veh: float32
+    row: int16
     shown, treatment: int8
         Treatment by the phase that is shown now: red, kept or partly; by the one that is chosen.
-    link_rate_veh, inflow_veh, green: (links,) float64
+    gain: float32
+        What green gains over red, for all lanes of the group.
+    link_rate_veh, inflow_veh, green: (links,) float32
+    sure: (rows, columns) float32
+        What is sure of what was learned: how much more a treatment is than red.
     lookups: (2,) int64
         Entries asked for that had been learned, and that had not.
     """
 
-    queue_veh: FloatArray
-    expected_veh: FloatArray
-    waiting_veh: FloatArray
-    row: IntArray
+    queue_veh: Single
+    expected_veh: Single
+    waiting_veh: Single
+    row: npt.NDArray[np.int16]
     shown: ByteArray
     treatment: ByteArray
-    link_rate_veh: FloatArray
-    inflow_veh: FloatArray
-    green: FloatArray
+    gain: Single
+    link_rate_veh: Single
+    inflow_veh: Single
+    green: Single
+    sure: Single
     lookups: npt.NDArray[np.int64]
 
 
@@ -132,6 +140,10 @@ def decide(
 ) -> None:
     """Choose all phases and learn from the last choice.
 
+    Every intersection chooses by what it sees and announces that; then, knowing what its neighbours
+    mean to do, it chooses for good. Each step is a loop over all groups or intersections; what is
+    inside takes numbers only, because calls that pass whole tuples of arrays cost more than work.
+
     Parameters
     ----------
     groups, weights, table, short, seen, scratch
@@ -139,251 +151,267 @@ def decide(
     phases: (intersections,) int32
         Filled with the choice.
     """
-    _look(groups, weights, short, seen, scratch)
-    for g in range(groups.lanes.shape[0]):
-        scratch.row[g] = _row(weights, short, scratch, g)
-    _choose(groups, weights, table, seen, scratch, False, phases)
+    for row in range(scratch.sure.shape[0]):
+        for treatment in range(1, scratch.sure.shape[1]):
+            scratch.sure[row, treatment] = surely(table, row, treatment, RED, weights.evidence)
+    _note_shown(groups, seen, scratch)
+    _look(groups, weights, seen, scratch)
+    if not seen.first:
+        _count_arrivals(groups, weights, short, scratch)
+    _expect_by_rate(groups, weights, short, scratch)
+    _weigh(groups, weights, short, scratch)
+    _choose(groups, weights, seen, scratch, phases)
     if weights.expected > 0.0 or weights.wave > 0.0:
-        _announce(groups, short, seen, scratch, phases)
-        _expect(groups, weights, short, scratch)
-        _choose(groups, weights, table, seen, scratch, True, phases)
-    _remember(groups, weights, table, short, seen, scratch, phases)
+        _announce(groups, seen, scratch, phases)
+        _expect_announced(groups, weights, short, scratch)
+        _weigh(groups, weights, short, scratch)
+        _add_wave(groups, weights, scratch)
+        _choose(groups, weights, seen, scratch, phases)
+    _note_treatment(groups, weights, scratch, phases)
+    _learn(groups, weights, table, short, seen, scratch)
 
 
 @kernel
-def _look(
-    groups: LaneGroups, weights: Weights, short: ShortTerm, seen: Seen, scratch: Scratch
-) -> None:
-    """Add up what is seen of every group, per lane, and keep count of who arrives."""
+def _note_shown(groups: LaneGroups, seen: Seen, scratch: Scratch) -> None:
+    """Note how the phases that are shown treat all groups."""
+    shown = scratch.shown
+    for g in range(shown.shape[0]):
+        shown[g] = RED
     for i in range(seen.shown.shape[0]):
-        first, last = groups.group_offset[i], groups.group_offset[i + 1]
-        for g in range(first, last):
-            scratch.shown[g] = RED
         if seen.shown[i] >= 0:
             phase = groups.phase_offset[i] + seen.shown[i]
             for place in range(groups.served_offset[phase], groups.served_offset[phase + 1]):
-                treated = PARTLY if groups.partly[place] else KEPT
-                scratch.shown[groups.served[place]] = treated
-        for g in range(first, last):
-            queue, approaching, waiting = 0.0, 0.0, 0.0
-            for place in range(groups.slot_offset[g], groups.slot_offset[g + 1]):
-                slot = groups.slots[place]
-                queue += seen.queue_veh[slot]
-                approaching += seen.approaching_veh[slot]
-                waiting += seen.waiting_veh[slot]
-            lanes = groups.lanes[g]
-            before = float(short.queue_veh[g])
-            scratch.queue_veh[g] = queue / lanes
-            scratch.expected_veh[g] = approaching / lanes if weights.use_approaching else 0.0
-            scratch.waiting_veh[g] = waiting / lanes
-            if seen.first:
-                continue
-            joined = -1.0
-            treated = short.treatment[g]
-            if weights.use_approaching and groups.unseen[groups.link[g]] == 0.0:
-                joined = float(short.expected_veh[g])
-            elif treated == RED:
-                joined = max(0.0, queue / lanes - before)
-            elif treated != PARTLY and queue > 0.0:
-                share = 1.0 if treated == KEPT else weights.after_switch
-                joined = max(0.0, queue / lanes - before + share * groups.lane_veh[g])
-            if joined >= 0.0:
-                short.rated[g] += np.float32(1.0)
-                step = max(weights.rate_step, 1.0 / (1.0 + short.rated[g]))
-                short.rate_veh[g] += np.float32(step * (joined - short.rate_veh[g]))
+                shown[groups.served[place]] = PARTLY if groups.partly[place] else KEPT
+
+
+@kernel
+def _look(groups: LaneGroups, weights: Weights, seen: Seen, scratch: Scratch) -> None:
+    """Add up what is seen of every group, per lane."""
+    for g in range(groups.lanes.shape[0]):
+        queue, approaching, waiting = 0.0, 0.0, 0.0
+        for place in range(groups.slot_offset[g], groups.slot_offset[g + 1]):
+            slot = groups.slots[place]
+            queue += seen.queue_veh[slot]
+            approaching += seen.approaching_veh[slot]
+            waiting += seen.waiting_veh[slot]
+        lanes = groups.lanes[g]
+        scratch.queue_veh[g] = queue / lanes
+        scratch.expected_veh[g] = approaching / lanes if weights.use_approaching else 0.0
+        scratch.waiting_veh[g] = waiting / lanes
+
+
+@kernel
+def _count_arrivals(
+    groups: LaneGroups, weights: Weights, short: ShortTerm, scratch: Scratch
+) -> None:
+    """Move arrival rates on by the interval that ended, where one can tell who joined.
+
+    One can where all who join were seen before; on red, where nobody leaves; and on green while a
+    queue lasts, which discharges at saturation flow.
+    """
+    for g in range(groups.lanes.shape[0]):
+        treated, queue_veh = short.treatment[g], scratch.queue_veh[g]
+        if weights.use_approaching and groups.unseen[groups.link[g]] == 0.0:
+            joined_veh = float(short.expected_veh[g])
+        elif treated == RED:
+            joined_veh = max(0.0, queue_veh - short.queue_veh[g])
+        elif treated != PARTLY and queue_veh > 0.0:
+            left_veh = _green_part(treated, weights.after_switch) * groups.lane_veh[g]
+            joined_veh = max(0.0, queue_veh - short.queue_veh[g] + left_veh)
+        else:
+            continue
+        step = weights.rate_step
+        if short.rated[g] < RATED_ENOUGH:
+            short.rated[g] += np.float32(1.0)
+            step = max(step, 1.0 / (1.0 + short.rated[g]))
+        short.rate_veh[g] += np.float32(step * (joined_veh - short.rate_veh[g]))
+
+
+@kernel
+def _expect_by_rate(
+    groups: LaneGroups, weights: Weights, short: ShortTerm, scratch: Scratch
+) -> None:
+    """Expect unseen vehicles where no intersection announces them; add up rates by link."""
     for link in range(groups.unseen.shape[0]):
         scratch.link_rate_veh[link] = 0.0
-        scratch.inflow_veh[link] = 0.0
-        scratch.green[link] = 0.0
     for g in range(groups.lanes.shape[0]):
-        link = groups.link[g]
-        arriving = groups.lanes[g] * (short.rate_veh[g] + SMALLEST_RATE_VEH)
-        scratch.link_rate_veh[link] += arriving
+        link, rate_veh = groups.link[g], short.rate_veh[g]
+        scratch.link_rate_veh[link] += np.float32(groups.lanes[g] * (rate_veh + SMALLEST_RATE_VEH))
         if not groups.is_fed[link]:
-            unseen = groups.unseen[link]
-            scratch.expected_veh[g] += weights.expected * unseen * short.rate_veh[g]
+            scratch.expected_veh[g] += np.float32(weights.expected * groups.unseen[link] * rate_veh)
 
 
 @kernel
-def _row(weights: Weights, short: ShortTerm, scratch: Scratch, g: int) -> int:
-    """Return the row of a group: queue, expected arrivals, arrival rate."""
-    queue = int(scratch.queue_veh[g] + 0.5)
-    if queue > 8:
-        queue = 9 if queue <= 10 else (10 if queue <= 14 else 11)
-    arrivals = min(int(scratch.expected_veh[g] + 0.5), ARRIVALS - 1)
+def _weigh(groups: LaneGroups, weights: Weights, short: ShortTerm, scratch: Scratch) -> None:
+    """Find the rows of all groups, and what each gains from green."""
+    for g in range(groups.lanes.shape[0]):
+        queue_veh, expected_veh = scratch.queue_veh[g], scratch.expected_veh[g]
+        row = _row(queue_veh, expected_veh, short.rate_veh[g] if weights.use_rates else 0.0)
+        treatment = _served(scratch.shown[g], weights.after_switch)
+        scratch.row[g] = row
+        scratch.gain[g] = groups.lanes[g] * _advantage(
+            weights, queue_veh + expected_veh, scratch.sure[row, treatment], treatment
+        )
+
+
+@kernel
+def _row(queue_veh: float, expected_veh: float, rate_veh: float) -> int:
+    """Return the row of a lane: queue, expected arrivals, arrival rate."""
+    queue = QUEUE_BIN[min(int(queue_veh + 0.5), QUEUE_BIN.size - 1)]
+    arrivals = min(int(expected_veh + 0.5), ARRIVALS - 1)
     rate = 0
-    if weights.use_rates:
-        for edge in RATE_EDGES_VEH:
-            if short.rate_veh[g] > edge:
-                rate += 1
-    return (queue * ARRIVALS + arrivals) * RATES + rate
+    for edge in RATE_EDGES_VEH:
+        rate += rate_veh > edge
+    return int((queue * ARRIVALS + arrivals) * RATES + rate)
 
 
 @kernel
-def _gain(weights: Weights, waiting_veh: float, treatment: int) -> float:
-    """Return what green gains over red by the prior, for a lane: who need not wait any more."""
+def _served(shown: int, after_switch: float) -> int:
+    """Return how a group is treated by a phase that serves it wholly."""
+    return KEPT if shown == KEPT or after_switch == 1.0 else SWITCHED
+
+
+@kernel
+def _green_part(treatment: int, after_switch: float) -> float:
+    """Return the part of an interval of green that a treatment is worth by the prior."""
+    if treatment == KEPT:
+        return 1.0
     if treatment == RED:
         return 0.0
-    part = 1.0 if treatment == KEPT else weights.after_switch
-    if treatment == PARTLY:
-        part *= 0.5
-    return weights.vehicle * part * waiting_veh
+    return after_switch if treatment == SWITCHED else 0.5 * after_switch
 
 
 @kernel
-def _advantage(
-    weights: Weights,
-    table: FactoredTable,
-    scratch: Scratch,
-    g: int,
-    treatment: int,
-) -> float:
-    """Return what green gains over red, no further from the prior than is trusted."""
-    row = scratch.row[g]
-    waiting = scratch.queue_veh[g] + scratch.expected_veh[g]
-    believed = _gain(weights, waiting, treatment)
-    learned = surely(table, row, treatment, RED, weights.evidence)
+def _advantage(weights: Weights, waiting_veh: float, learned: float, treatment: int) -> float:
+    """Return what green gains over red on a lane, no further from the prior than is trusted."""
+    part = _green_part(treatment, weights.after_switch)
+    believed = weights.vehicle * waiting_veh * part
     most = weights.trust * believed + weights.trust_veh
     return believed + min(max(learned, -most), most)
 
 
 @kernel
 def _choose(
-    groups: LaneGroups,
-    weights: Weights,
-    table: FactoredTable,
-    seen: Seen,
-    scratch: Scratch,
-    announced: bool,
-    phases: IntArray,
+    groups: LaneGroups, weights: Weights, seen: Seen, scratch: Scratch, phases: IntArray
 ) -> None:
-    """Choose for every intersection the phase with the highest sum of advantages."""
+    """Choose for every intersection the phase with the highest sum of gains."""
     for i in range(phases.shape[0]):
-        shown = seen.shown[i]
-        best, highest = 0, -np.inf
-        for phase in range(groups.phase_offset[i], groups.phase_offset[i + 1]):
-            total = 0.0
+        shown, best, highest = seen.shown[i], 0, -np.inf
+        first = groups.phase_offset[i]
+        for phase in range(first, groups.phase_offset[i + 1]):
+            # Of equally good phases the one shown stays; sums of 32-bit numbers differ by less.
+            total = TIE if phase - first == shown else 0.0
             for place in range(groups.served_offset[phase], groups.served_offset[phase + 1]):
                 g = groups.served[place]
-                treatment = _treatment(groups, weights, scratch, place)
-                gain = _advantage(weights, table, scratch, g, treatment)
-                if announced and scratch.queue_veh[g] + scratch.expected_veh[g] > 0.0:
-                    gain += weights.vehicle * weights.wave * _green_ahead(groups, scratch, g)
-                total += groups.lanes[g] * gain
-            local = phase - groups.phase_offset[i]
-            # Of equally good phases the one shown stays.
-            if total > highest + TIE or (local == shown and total > highest - TIE):
-                best, highest = local, total
+                gain = float(scratch.gain[g])
+                if groups.partly[place]:
+                    waiting_veh = scratch.queue_veh[g] + scratch.expected_veh[g]
+                    learned = scratch.sure[scratch.row[g], PARTLY]
+                    gain = groups.lanes[g] * _advantage(weights, waiting_veh, learned, PARTLY)
+                total += gain
+            best = phase - first if total > highest else best
+            highest = max(highest, total)
         phases[i] = best
 
 
 @kernel
-def _green_ahead(groups: LaneGroups, scratch: Scratch, g: int) -> float:
-    """Return how much of what a group leads to will be green when its vehicles get there."""
-    first, last = groups.slot_offset[g], groups.slot_offset[g + 1]
-    green = 0.0
-    for place in range(first, last):
-        link = groups.ahead[groups.slots[place]]
-        if link != NOWHERE:
-            green += float(groups.unseen[link] * scratch.green[link])
-    return green / float(last - first)
-
-
-@kernel
-def _announce(
-    groups: LaneGroups, short: ShortTerm, seen: Seen, scratch: Scratch, phases: IntArray
-) -> None:
+def _announce(groups: LaneGroups, seen: Seen, scratch: Scratch, phases: IntArray) -> None:
     """Note on every link how much of its end will be green and who will come in time."""
+    for link in range(groups.unseen.shape[0]):
+        scratch.inflow_veh[link] = 0.0
+        scratch.green[link] = 0.0
     for i in range(phases.shape[0]):
         phase = groups.phase_offset[i] + phases[i]
         for place in range(groups.served_offset[phase], groups.served_offset[phase + 1]):
             link = groups.link[groups.served[place]]
-            scratch.green[link] += (0.5 if groups.partly[place] else 1.0) / groups.links_groups[
-                link
-            ]
+            part = 0.5 if groups.partly[place] else 1.0
+            scratch.green[link] += np.float32(part / groups.links_groups[link])
         for place in range(groups.flow_offset[phase], groups.flow_offset[phase + 1]):
             slot = groups.flows[place]
             link = groups.ahead[slot]
-            if link == NOWHERE or groups.unseen[link] == 0.0:
-                continue
-            ready = float(seen.queue_veh[slot] + seen.approaching_veh[slot])
-            in_time = groups.capacity_veh[slot] * groups.unseen[link]
-            scratch.inflow_veh[link] += min(ready, in_time)
+            if link != NOWHERE and groups.unseen[link] > 0.0:
+                ready_veh = float(seen.queue_veh[slot] + seen.approaching_veh[slot])
+                in_time_veh = groups.capacity_veh[slot] * groups.unseen[link]
+                scratch.inflow_veh[link] += np.float32(min(ready_veh, in_time_veh))
 
 
 @kernel
-def _expect(groups: LaneGroups, weights: Weights, short: ShortTerm, scratch: Scratch) -> None:
-    """Divide the inflow of a link among its groups, as their arrivals have been so far."""
+def _expect_announced(
+    groups: LaneGroups, weights: Weights, short: ShortTerm, scratch: Scratch
+) -> None:
+    """Give every group its share of the inflow of its link, as arrivals have been so far."""
     for g in range(groups.lanes.shape[0]):
         link = groups.link[g]
-        if scratch.inflow_veh[link] > 0.0:
-            share = (short.rate_veh[g] + SMALLEST_RATE_VEH) / scratch.link_rate_veh[link]
-            scratch.expected_veh[g] += weights.expected * scratch.inflow_veh[link] * share
-            scratch.row[g] = _row(weights, short, scratch, g)
+        share = (short.rate_veh[g] + SMALLEST_RATE_VEH) / scratch.link_rate_veh[link]
+        scratch.expected_veh[g] += np.float32(weights.expected * scratch.inflow_veh[link] * share)
 
 
 @kernel
-def _remember(
+def _add_wave(groups: LaneGroups, weights: Weights, scratch: Scratch) -> None:
+    """Let green count more for those who will find green ahead when they get there."""
+    for g in range(groups.lanes.shape[0]):
+        if scratch.queue_veh[g] + scratch.expected_veh[g] > 0.0:
+            first, last = groups.slot_offset[g], groups.slot_offset[g + 1]
+            green = 0.0
+            for place in range(first, last):
+                link = groups.ahead[groups.slots[place]]
+                if link != NOWHERE:
+                    green += groups.unseen[link] * scratch.green[link]
+            worth = weights.vehicle * weights.wave * green / (last - first)
+            scratch.gain[g] += np.float32(groups.lanes[g] * worth)
+
+
+@kernel
+def _note_treatment(
+    groups: LaneGroups, weights: Weights, scratch: Scratch, phases: IntArray
+) -> None:
+    """Note how the phases that were chosen treat all groups."""
+    treatment = scratch.treatment
+    for g in range(treatment.shape[0]):
+        treatment[g] = RED
+    for i in range(phases.shape[0]):
+        phase = groups.phase_offset[i] + phases[i]
+        for place in range(groups.served_offset[phase], groups.served_offset[phase + 1]):
+            g = groups.served[place]
+            wholly = _served(scratch.shown[g], weights.after_switch)
+            treatment[g] = PARTLY if groups.partly[place] else wholly
+
+
+@kernel
+def _learn(
     groups: LaneGroups,
     weights: Weights,
     table: FactoredTable,
     short: ShortTerm,
     seen: Seen,
     scratch: Scratch,
-    phases: IntArray,
 ) -> None:
     """Learn from the interval that ended, and keep what the next one will be judged by."""
-    for i in range(phases.shape[0]):
-        first, last = groups.group_offset[i], groups.group_offset[i + 1]
-        for g in range(first, last):
-            scratch.treatment[g] = RED
-        phase = groups.phase_offset[i] + phases[i]
-        for place in range(groups.served_offset[phase], groups.served_offset[phase + 1]):
-            g = groups.served[place]
-            scratch.treatment[g] = _treatment(groups, weights, scratch, place)
+    known = 0
+    for i in range(seen.shown.shape[0]):
         # Who was overruled was treated otherwise than his entry says.
-        overruled = seen.first or seen.shown[i] != seen.asked[i]
-        for g in range(first, last):
+        learns = weights.learns and not seen.first and seen.shown[i] == seen.asked[i]
+        for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
             row, treatment = scratch.row[g], scratch.treatment[g]
-            learned = table.times[row, treatment] > 0
-            scratch.lookups[0 if learned else 1] += 1
-            short_queue = short.queue_veh[g] <= NOT_LEARNED_FROM_VEH
-            if weights.learns and not overruled and short_queue:
-                before = _value(
-                    weights,
-                    table,
-                    short.row[g],
-                    short.treatment[g],
-                    short.queue_veh[g] + short.expected_veh[g],
-                )
+            known += table.times[row, treatment] > 0
+            if learns and short.queue_veh[g] <= NOT_LEARNED_FROM_VEH:
+                row_before, treated = short.row[g], short.treatment[g]
+                waited_veh = short.queue_veh[g] + short.expected_veh[g]
                 waiting_veh = scratch.queue_veh[g] + scratch.expected_veh[g]
-                after = _value(weights, table, row, treatment, waiting_veh)
+                before = _value(weights, table.residual[row_before, treated], waited_veh, treated)
+                after = _value(weights, table.residual[row, treatment], waiting_veh, treatment)
                 error = weights.discount * after - scratch.waiting_veh[g] - before
-                learn_part(table, short.row[g], short.treatment[g], error)
+                learn_part(table, row_before, treated, error)
             short.row[g] = row
             short.treatment[g] = treatment
             short.queue_veh[g] = scratch.queue_veh[g]
             short.expected_veh[g] = scratch.expected_veh[g]
+    scratch.lookups[0] += known
+    scratch.lookups[1] += groups.lanes.shape[0] - known
 
 
 @kernel
-def _treatment(groups: LaneGroups, weights: Weights, scratch: Scratch, place: int) -> int:
-    """Return how a phase would treat a group that it serves."""
-    if groups.partly[place]:
-        return PARTLY
-    if scratch.shown[groups.served[place]] == KEPT or weights.after_switch == 1.0:
-        return KEPT
-    return SWITCHED
-
-
-@kernel
-def _value(
-    weights: Weights,
-    table: FactoredTable,
-    row: int,
-    treatment: int,
-    waiting_veh: float,
-) -> float:
+def _value(weights: Weights, residual: float, waiting_veh: float, treatment: int) -> float:
     """Return what a lane is worth: minus who will wait by the prior, and what was learned."""
-    gain = _gain(weights, waiting_veh, treatment)
-    return gain - weights.vehicle * waiting_veh + float(table.residual[row, treatment])
+    left = 1.0 - _green_part(treatment, weights.after_switch)
+    return residual - weights.vehicle * waiting_veh * left

@@ -22,6 +22,8 @@ STEPS = np.maximum(0.01, 0.1 / (1.0 + np.arange(256) / 5.0) ** 0.6)
 
 MOST = np.iinfo(np.uint16).max
 """Entries learned more often are counted no further."""
+WEIGHTS = np.maximum(STEPS, 1.0 / (1.0 + np.arange(256)))
+"""Weight of an entry's n-th squared error; the first is taken as it is."""
 
 Single = npt.NDArray[np.float32]
 
@@ -89,7 +91,7 @@ def learn_part(table: FactoredTable, row: int, column: int, error: float) -> Non
     table.times[row, column] = np.uint16(min(times + 1, MOST))
     if table.square.shape[0] > 0:
         past = table.square[row, column]
-        weight = max(step, 1.0 / (1.0 + times))
+        weight = WEIGHTS[min(times, WEIGHTS.size - 1)]
         table.square[row, column] = past + np.float32(weight * (error * error - past))
 
 
