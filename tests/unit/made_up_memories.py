@@ -48,6 +48,20 @@ DIVERGED = ("vdn", "grid:5x5", 3.6, 2)
 HORIZON_S = 3600
 EPISODES = 4
 
+TUNING = {
+    "controller": "mfec",
+    "scenario": "grid:3x3",
+    "metric": "delay_s",
+    "budget_runs": 2000,
+    "runs": 1991,
+    "rungs": [{"seeds": 2, "candidates": 57}, {"seeds": 6, "candidates": 20}],
+    "chosen": {"neighbours": 7},
+    "defaults_kept": False,
+    "default_mean": 31.41,
+    "best_mean": 27.18,
+    "best_over_default_minus_1": {"mean": -0.135, "low": -0.21, "high": -0.08},
+}
+
 
 def write_made_up_study(folder: Path, *, seeds: int = 6) -> Path:
     """Write the study, in which one run of VDN diverged, and return its folder."""
@@ -77,6 +91,7 @@ def write_made_up_study(folder: Path, *, seeds: int = 6) -> Path:
         "ablations": list(ABLATIONS),
         "episodes": EPISODES,
         "tuned": {"mfec": {"neighbours": 7}},
+        "tuning": [TUNING],
     }
     times = {"started": "2026-01-01T00:00:00", "finished": "2026-01-01T00:10:00", "wall_s": 600.0}
     write_manifest(folder, {"study": "memories", "configuration": configuration} | times)

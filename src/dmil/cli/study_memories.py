@@ -18,6 +18,7 @@ from dmil.cli.study_running import RUNNING, RunningParameters, report_of, run_he
 from dmil.cli.terminal import print_json, say, show, show_lines
 from dmil.results import Results
 from dmil.studies.memories import MemoriesStudySettings, run_memories_study
+from dmil.studies.tuning import load_tuned_folder
 
 DATA_VARIABLE = "DMIL_DATA"
 SMALL: dict[str, Any] = {
@@ -39,6 +40,9 @@ class MemoriesParameters(MemoriesStudySettings, RunningParameters):
     small: bool = Field(
         False, description="A trial of minutes: three cells, five seeds, runs of 20 minutes."
     )
+    tuned_in: Path | None = Field(
+        None, description="Folder of dmil tune: controllers run with what was chosen for them."
+    )
     out: Path = Field(
         Path("memories"),
         description="Folder for results and report; a study begun there continues.",
@@ -53,6 +57,10 @@ class MemoriesParameters(MemoriesStudySettings, RunningParameters):
             values |= {k: v for k, v in SMALL.items() if k not in self.model_fields_set}
         elif self.data is None and os.environ.get(DATA_VARIABLE):
             values["data"] = Path(os.environ[DATA_VARIABLE])
+        if self.tuned_in is not None:
+            found = load_tuned_folder(self.tuned_in)
+            values["tuned"] = {each.label: each.chosen for each in found} | self.tuned
+            values["tuning"] = tuple(each.summary() for each in found)
         return MemoriesStudySettings(**values)
 
 
@@ -78,6 +86,7 @@ OPTIONS = (
     Option("horizon_s", "--steps", "Study"),
     Option("deep", "--deep", "Study"),
     Option("reward", "--reward", "Study"),
+    Option("tuned_in", "--tuned", "Study", "FOLDER"),
     Option("small", "--small", "Study"),
     *RUNNING,
 )

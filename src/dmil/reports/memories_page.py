@@ -120,6 +120,7 @@ class MemoriesReport:
             "failures": made.failures.rows(named=True),
             "has_cities": any(cell.startswith(CITY) for cell in runs.cells),
             "tuned": configuration.get("tuned", {}),
+            "tuning": configuration.get("tuning", []),
             "episodes": configuration.get("episodes"),
             "configuration": configuration_rows(configuration),
         }

@@ -86,6 +86,7 @@ def test_what_failed_and_what_was_tuned_is_said(report):
     text = text_of(report)
     assert "1 run failed" in text and "DivergedError: values are not finite at 70 s" in text
     assert "neighbours = 7" in text
+    assert "1991 of 2000 57 31.41 27.18 −13.5 [−21.0, −8.0]" in text
     assert "Recorded cities (Jinan, Hangzhou) were left out" not in text
 
 

@@ -122,6 +122,21 @@ def test_a_folder_of_data_without_cities_is_refused(tmp_path):
         cells(MemoriesStudySettings(data=tmp_path / "nowhere"))
 
 
+def test_what_was_tuned_for_a_controller_with_options_is_for_it_alone():
+    chosen = {"approaching": True, "hysteresis": 1.0}
+    settings = MemoriesStudySettings(tuned={"max-pressure,approaching=true": chosen})
+    assert options_of(settings, "max-pressure,approaching=true") == chosen
+    assert options_of(settings, "max-pressure") == {}
+
+
+def test_options_tuned_for_others_only_are_refused():
+    settings = MemoriesStudySettings(
+        controllers=("random",), cells=("grid:1x1",), tuned={"sarsa": {"discount": 0.9}}
+    )
+    with pytest.raises(InputError, match="options of sarsa, none of whom runs"):
+        check_memories_study(settings)
+
+
 def test_named_options_go_over_tuned_ones():
     settings = MemoriesStudySettings(tuned={"sarsa": {"epsilon": 0.3, "discount": 0.9}})
     assert options_of(settings, "sarsa,epsilon=0.05") == {"epsilon": 0.05, "discount": 0.9}

@@ -120,9 +120,13 @@ def fits(label: str, cell: Cell) -> bool:
 
 
 def options_of(settings: MemoriesStudySettings, label: str) -> dict[str, Any]:
-    """Return a controller's options: those that it is named with go over the tuned (ours)."""
+    """Return a controller's options: those that it is named with go over the tuned (ours).
+
+    Tuned ones are those of the very label, else those of the name without options.
+    """
     variant = parse_variant(label)
-    return settings.tuned.get(variant.name, {}) | dict(variant.options)
+    tuned = settings.tuned.get(variant.label, settings.tuned.get(variant.name, {}))
+    return tuned | dict(variant.options)
 
 
 def learns(label: str) -> bool:

@@ -10,6 +10,7 @@ from typing import Any
 import dmil
 from dmil.controllers import make_controller
 from dmil.controllers.variants import parse_variant
+from dmil.errors import InputError
 from dmil.rewards import make_reward
 from dmil.studies.block import BlockResult
 from dmil.studies.executors import Executor
@@ -79,6 +80,13 @@ def check_memories_study(settings: MemoriesStudySettings) -> None:
         check_horizon(made.horizon_s, made.timing.decision_interval_s)
     for label in contenders(settings):
         make_controller(parse_variant(label).name, options_of(settings, label))
+    names = {parse_variant(label).name for label in contenders(settings)}
+    if settings.tuned and not settings.tuned.keys() & names.union(contenders(settings)):
+        raise InputError(
+            f"options of {', '.join(sorted(settings.tuned))}, none of whom runs",
+            where="tuned",
+            expected=f"options of controllers of the study: {', '.join(sorted(names))}",
+        )
     for reward in (settings.reward, *settings.rewards.values()):
         make_reward(reward)
 

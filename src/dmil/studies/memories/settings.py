@@ -55,7 +55,11 @@ class MemoriesStudySettings(BaseModel):
         description="Learners that begin with the test: they learn from its first second.",
     )
     tuned: dict[str, dict[str, Any]] = Field(
-        {}, description="Controllers to options that dmil tune has found."
+        {},
+        description="Controllers, with or without options, to options that dmil tune has found.",
+    )
+    tuning: tuple[dict[str, Any], ...] = Field(
+        (), description="How these were found, for the report: budget, best against defaults."
     )
 
     @field_validator("controllers", "ablations", "cells")
