@@ -100,6 +100,8 @@ class Tuned(BaseModel):
             "controller": self.label,
             "scenario": self.scenario,
             "metric": self.settings["metric"],
+            "reward": self.reward,
+            "episodes": self.settings["episodes"],
             "budget_runs": self.settings["budget"] if self.space else 0,
             "runs": self.runs,
             "simulated_s": self.simulated_s,
@@ -178,8 +180,8 @@ def load_tuned(path: Path) -> Tuned:
     return tuned
 
 
-def load_tuned_folder(folder: Path) -> dict[str, dict[str, Any]]:
-    """Return the chosen options of every controller tuned into a folder, by label (ours).
+def load_tuned_folder(folder: Path) -> list[Tuned]:
+    """Read every tuning in a folder (ours).
 
     Raises
     ------
@@ -193,7 +195,7 @@ def load_tuned_folder(folder: Path) -> dict[str, dict[str, Any]]:
             where=str(folder),
             expected="the --out folder of dmil tune",
         )
-    return {each.label: each.chosen for each in found}
+    return found
 
 
 def read_tuned(path: Path) -> Tuned:

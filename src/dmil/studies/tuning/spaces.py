@@ -82,24 +82,56 @@ RANGES: dict[str, Range | Choice] = {
 
 _ADAM = Range(1e-4, 1e-2, log=True)
 OWN_RANGES: dict[str, dict[str, Range | Choice | None]] = {
+    "webster": {"min_cycle_s": Range(0, 60), "max_cycle_s": Range(60, 180)},
+    "gap-out": {
+        "min_green_s": Range(0, 20, whole=True),
+        "max_green_s": Range(20, 90, whole=True),
+        "extend_veh": Range(1, 10, whole=True),
+    },
+    "sotl": {
+        "theta_veh_s": Range(1, 200, log=True),
+        "min_green_s": Range(0, 20, whole=True),
+        "mu_veh": Range(0, 5, whole=True),
+    },
+    "factored": {
+        "evidence": Range(0.05, 5, log=True),
+        "rate_step": Range(0.005, 0.2, log=True),
+        "trust": Range(0.005, 0.5, log=True),
+        "trust_veh": Range(0.1, 10, log=True),
+        "vehicle": Range(0.5, 8, log=True),
+        "wave": Range(0.0, 2.0),
+    },
+    "dual-memory": {"least_tried": Range(1, 8, log=True, whole=True)},
+    "plmp": {"reach": Range(0, 3, whole=True)},
     "dqn": {"learning_rate": _ADAM},
     "dqn-prioritised": {"learning_rate": _ADAM},
-    "dqn-hindsight": {"learning_rate": _ADAM, "goal_veh": Range(1, 20, log=True, whole=True)},
+    "dqn-hindsight": {
+        "learning_rate": _ADAM,
+        "goal_veh": Range(1, 20, log=True, whole=True),
+        "relabelled": Range(1, 8, whole=True),
+    },
     "vdn": {"learning_rate": _ADAM},
-    "nec": {"learning_rate": _ADAM},
+    "nec": {"learning_rate": _ADAM, "value_rate": Range(0.01, 1.0, log=True)},
 }
 """Ranges that differ for one controller; None leaves an option out."""
 
 NOT_TUNED = {
     "approaching",
+    "bootstrap",
     "communication",
     "embedding",
     "epsilon_first",
     "learning",
+    "long_capacity",
     "phase",
+    "prediction",
+    "rates",
     "shared",
+    "stage_untried",
+    "staging",
     "unseen",
     "weight_last",
+    "width",
 }
 """What makes another controller or experiment: name it as a variant, and tune that."""
 

@@ -49,7 +49,8 @@ def test_a_folder_gives_the_options_of_every_controller(tmp_path):
     save_tuned(made(), tmp_path / "a.json")
     fixed = {"fixed": {"approaching": True}, "chosen": {"approaching": True, "hysteresis": 1.0}}
     save_tuned(made(controller="max-pressure", **fixed), tmp_path / "b.json")
-    assert load_tuned_folder(tmp_path) == {
+    found = load_tuned_folder(tmp_path)
+    assert {each.label: each.chosen for each in found} == {
         "fixed-cycle": {"green_s": 21.5},
         "max-pressure,approaching=true": {"approaching": True, "hysteresis": 1.0},
     }
