@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from dmil.controllers.factored_choice import (
+from dmil.controllers.factored_choice import decide
+from dmil.controllers.factored_state import (
     KEPT,
     PARTLY,
     ROWS,
@@ -14,7 +15,6 @@ from dmil.controllers.factored_choice import (
     Seen,
     ShortTerm,
     Weights,
-    decide,
 )
 from dmil.controllers.lane_groups import lane_groups
 from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation

@@ -1,0 +1,117 @@
+"""What the factored memory's decision works on: bins, weights, short-term memory, scratch."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+IntArray = npt.NDArray[np.int32]
+ByteArray = npt.NDArray[np.int8]
+FloatArray = npt.NDArray[np.float64]
+Single = npt.NDArray[np.float32]
+
+RED, KEPT, SWITCHED, PARTLY = range(4)
+"""Columns of the table: how a lane is treated in a decision interval."""
+
+QUEUES, ARRIVALS, RATES = 12, 4, 6
+"""Bins of a row: {0…8, 9–10, 11–14, 15+}, {0, 1, 2, 3+}, and between the edges of RATE_EDGES."""
+ROWS = QUEUES * ARRIVALS * RATES
+QUEUE_BIN = np.array([*range(9), 9, 9, 10, 10, 10, 10, 11])
+RATE_EDGES_VEH = (0.15, 0.4, 0.8, 1.5, 3.0)
+
+
+class Weights(NamedTuple):
+    """Numbers of `FactoredSettings` and of signal timing for the kernel."""
+
+    vehicle: float
+    expected: float
+    wave: float
+    after_switch: float
+    discount: float
+    trust: float
+    trust_veh: float
+    evidence: float
+    rate_step: float
+    use_approaching: bool
+    use_rates: bool
+    learns: bool
+
+
+class ShortTerm(NamedTuple):
+    """What every intersection remembers of the last decision and of arrivals, per lane group.
+
+    Attributes
+    ----------
+    rate_veh: (groups,) float32
+        Arrivals per decision interval and lane, a moving average.
+    rated: (groups,) float32
+        How many intervals it comes from.
+    queue_veh, expected_veh: (groups,) float32
+        Per lane, at the last decision.
+    row: (groups,) int16
+        Row of the table, then.
+    treatment: (groups,) int8
+        How it was treated since.
+    """
+
+    rate_veh: Single
+    rated: Single
+    queue_veh: Single
+    expected_veh: Single
+    row: npt.NDArray[np.int16]
+    treatment: ByteArray
+
+
+class Seen(NamedTuple):
+    """The observation, and what was asked for last.
+
+    Attributes
+    ----------
+    queue_veh, approaching_veh: (slots,) int32
+    waiting_veh: (slots,) float64
+    shown, asked: (intersections,) int32
+        Phase shown now; phase asked for at the last decision.
+    first: bool
+        Whether there was none.
+    """
+
+    queue_veh: IntArray
+    approaching_veh: IntArray
+    waiting_veh: FloatArray
+    shown: IntArray
+    asked: IntArray
+    first: bool
+
+
+class Scratch(NamedTuple):
+    """Working space: (groups,) but where it says otherwise; vehicles are per lane.
+
+    Attributes
+    ----------
+    queue_veh, expected_veh, waiting_veh: float32
+    row: int16
+    shown, treatment: int8
+        Treatment by the phase that is shown now: red, kept or partly; by the one that is chosen.
+    gain: float32
+        What green gains over red, for all lanes of the group.
+    link_rate_veh, inflow_veh, green: (links,) float32
+    sure: (rows, columns) float32
+        What is sure of what was learned: how much more a treatment is than red.
+    lookups: (2,) int64
+        Entries asked for that had been learned, and that had not.
+    """
+
+    queue_veh: Single
+    expected_veh: Single
+    waiting_veh: Single
+    row: npt.NDArray[np.int16]
+    shown: ByteArray
+    treatment: ByteArray
+    gain: Single
+    link_rate_veh: Single
+    inflow_veh: Single
+    green: Single
+    sure: Single
+    lookups: npt.NDArray[np.int64]
