@@ -182,7 +182,7 @@ class FactoredController:
             first=self._asked is None,
         )
         decide(self._groups, self._weights, self.table, self._short, seen, self._scratch, phases)
-        if not np.isfinite(self.table.residual.sum()):
+        if not np.isfinite(self.table.residual).all():
             raise DivergedError("factored", "values of lanes", observation.time_s)
         self._asked = phases
         return phases.copy()

@@ -74,9 +74,12 @@ def restored_table(arrays: Mapping[str, npt.NDArray[Any]], like: FactoredTable) 
     PolicyError
         If an array is missing, of another shape, or holds what is no number.
     """
+    least = {"square": 0.0}
     return FactoredTable(
         *(
-            saved_array(arrays, name, array.shape, array.dtype).copy()
+            saved_array(
+                arrays, name, array.shape, array.dtype, least=least.get(name, -np.inf)
+            ).copy()
             for name, array in like._asdict().items()
         )
     )
