@@ -169,16 +169,13 @@ def _lines(tuned: Tuned, path: Path) -> list[str]:
     if told["check_seeds"]:
         ends = told["best_over_default_minus_1"]
         percent = [f"{100 * ends[name]:+.1f}".replace("-", "−") for name in ends]
-        lines.append(
-            f"  {metric}, on {told['check_seeds']} further seeds: defaults "
-            f"{number(told['default_mean'], 2)}, best {number(told['best_mean'], 2)}, "
-            f"{percent[0]} % [{percent[1]}, {percent[2]}]"
-        )
+        means = [number(told[name], 2) for name in ("default_mean", "best_mean")]
+        lines += [
+            f"  {metric}, on {told['check_seeds']} further seeds:",
+            f"  defaults {means[0]}, best {means[1]}: {percent[0]} % [{percent[1]}, {percent[2]}]",
+        ]
     else:
         lines.append(f"  {metric}: no candidate is better than the defaults")
-    kept = "the defaults" if told["defaults_kept"] else ""
-    return [
-        *lines,
-        f"  chosen: {kept or Variant(tuned.controller, tuned.chosen).label}",
-        f"  {path}",
-    ]
+    options = Variant(tuned.controller, tuned.chosen).label.split(",")[1:]
+    chosen = "the defaults" if told["defaults_kept"] else ", ".join(options)
+    return [*lines, f"  chosen: {chosen}", f"  {path}"]

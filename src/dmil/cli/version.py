@@ -22,7 +22,13 @@ PACKAGES = (
     "altair",
     "vl-convert-python",
 )
-EXTRAS = {"ray": ("ray",)}
+EXTRAS = {
+    "deep": ("torch",),
+    "ray": ("ray",),
+    "sumo": ("eclipse-sumo", "libsumo", "sumolib", "sumo-rl"),
+    "tune": ("optuna",),
+    "zoo": ("gymnasium", "pettingzoo"),
+}
 """Optional extras and the packages that make each."""
 
 app = typer.Typer(add_completion=False)

@@ -24,8 +24,9 @@ AT_ONCE = FACTOR ** (RUNGS - 1)
 MOST_REPETITIONS = 100
 """Proposals known already after which a space counts as exhausted."""
 
-State = Literal["finished", "stopped", "failed", "no budget"]
+State = Literal["finished", "stopped", "repeated", "failed", "no budget"]
 Values = dict[str, Any]
+Row = tuple[float, ...]
 Scores = Callable[[Sequence[Values], range], list[list[float | str]]]
 """Scores of some candidates with the tuning seeds of some places; text where there is none."""
 
@@ -39,8 +40,9 @@ class Candidate:
     values: dict
         The options.
     state
-        finished: scored with the seeds of the last rung; stopped: others were better; failed: a run
-        failed; no budget: nothing was left for its next rung.
+        finished: scored with the seeds of the last rung; stopped: others were better; repeated: its
+        scores are those of another one, to which it makes no difference; failed: a run failed; no
+        budget: nothing was left for its next rung.
     mean: float
         Mean score of the rungs that it has finished, NaN before the first.
     """
@@ -52,7 +54,7 @@ class Candidate:
 
 def halve(
     space: Space,
-    usual: tuple[Values, float],
+    usual: tuple[Values, list[float]],
     scores: Scores,
     rungs: Sequence[int],
     *,
@@ -66,7 +68,7 @@ def halve(
     space
         At least one option.
     usual
-        Values of the defaults, which are no candidate, and their mean score.
+        Values of the defaults, which are no candidate, and their scores with all seeds.
     scores
         Runs candidates.
     rungs
@@ -84,13 +86,14 @@ def halve(
     study = _new_study(space, usual, seed)
     candidates: list[Candidate] = []
     tried = [usual[0]]
+    known: set[Row] = {tuple(usual[1][:seeds]) for seeds in rungs}
     while True:
         fitting = (n for n in range(AT_ONCE, 0, -1) if _cost_of_round(n, rungs) <= budget)
         asked = _ask(study, space, next(fitting, 0), tried)
         if not asked:
             return candidates
         candidates += [candidate for _, candidate in asked]
-        budget = _run_round(study, asked, scores, rungs, budget)
+        budget = _run_round(study, asked, scores, rungs, budget, known)
 
 
 def _run_round(
@@ -99,6 +102,7 @@ def _run_round(
     scores: Scores,
     rungs: Sequence[int],
     budget: int,
+    known: set[Row],
 ) -> int:
     """Take candidates up the rungs as far as they come; return what is left of the budget."""
     state = _optuna().trial.TrialState
@@ -128,8 +132,10 @@ def _run_round(
                 study.tell(trial, candidate.mean)
                 continue
             trial.report(candidate.mean, step=FACTOR**rung)
-            if trial.should_prune():
-                candidate.state = "stopped"
+            repeated = tuple(numbers) in known
+            known.add(tuple(numbers))
+            if trial.should_prune() or repeated:
+                candidate.state = "repeated" if repeated else "stopped"
                 study.tell(trial, state=state.PRUNED)
             else:
                 promoted.append((trial, candidate))
@@ -165,18 +171,19 @@ def _cost_of_round(count: int, rungs: Sequence[int]) -> int:
     return cost
 
 
-def _new_study(space: Space, usual: tuple[Values, float], seed: int) -> Any:
+def _new_study(space: Space, usual: tuple[Values, list[float]], seed: int) -> Any:
     optuna = _optuna()
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     study = optuna.create_study(
         sampler=optuna.samplers.TPESampler(seed=seed),
         pruner=optuna.pruners.SuccessiveHalvingPruner(min_resource=1, reduction_factor=FACTOR),
     )
-    values, mean = usual
-    distributions = _distributions(space)
-    if math.isfinite(mean) and all(_inside(space[name], values[name]) for name in space):
+    values, scores = usual
+    if all(_inside(space[name], values[name]) for name in space):
         study.add_trial(
-            optuna.trial.create_trial(params=values, distributions=distributions, value=mean)
+            optuna.trial.create_trial(
+                params=values, distributions=_distributions(space), value=float(np.mean(scores))
+            )
         )
     return study
 

@@ -127,23 +127,23 @@ def _searched(
 ) -> Tuned:
     """Run everything and return the finished tuning."""
     search, check = range(settings.seeds), range(settings.seeds, ledger.places)
-    first = scores([{}], search)[0]
-    for each in first:
+    first: list[float] = []
+    for each in scores([{}], search)[0]:
         if isinstance(each, str):
             raise InputError(
                 f"a run with the defaults failed ({each})", where=f"tuning of '{about.label}'"
             )
-    usual = defaults(about.controller, search_space(about.controller, about.fixed))
-    mean = float(np.mean(first))
+        first.append(each)
+    space = search_space(about.controller, about.fixed)
     candidates = halve(
-        search_space(about.controller, about.fixed),
-        (usual, mean),
+        space,
+        (defaults(about.controller, space), first),
         scores,
         settings.rungs,
         budget=settings.budget // cost - settings.seeds - 2 * settings.check_seeds,
         seed=simulator_seed(settings.seed, "tuning", about.label),
     )
-    tried = [Candidate({}, "finished", mean), *candidates]
+    tried = [Candidate({}, "finished", float(np.mean(first))), *candidates]
     tuned = about.model_copy(update={"trials": ledger.records(tried)})
     leader = tuned.leader
     if leader:

@@ -31,7 +31,7 @@ class Bench:
 
 
 def search(bench, budget=400, space=SPACE, usual=USUAL, seed=1):
-    return halve(space, (usual, 0.41), bench, RUNGS, budget=budget, seed=seed)
+    return halve(space, (usual, [0.41] * RUNGS[-1]), bench, RUNGS, budget=budget, seed=seed)
 
 
 def best_of(candidates):
@@ -85,6 +85,19 @@ def test_a_small_space_is_searched_to_its_end_and_left():
 def test_defaults_outside_of_the_space_are_no_obstacle():
     candidates = search(Bench(), 60, {"x": Range(0.0, 0.5)}, {"x": None})
     assert candidates
+
+
+def test_candidates_that_make_no_difference_are_run_no_further():
+    class Deaf(Bench):
+        def one(self, values, place):
+            return super().one({"x": 0.3, "n": values["n"]}, place)
+
+    bench = Deaf()
+    space = {"x": Range(0.0, 1.0), "n": Range(1, 3, whole=True)}
+    candidates = search(bench, 400, space, {"x": 0.5, "n": 3})
+    states = [each.state for each in candidates]
+    assert states.count("finished") <= 3  # one for each n
+    assert states.count("repeated") > len(states) / 2
 
 
 def test_a_candidate_that_fails_goes_no_further():
