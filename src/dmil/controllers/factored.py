@@ -151,6 +151,7 @@ class FactoredController:
             shown=np.zeros(count, np.int8),
             treatment=np.zeros(count, np.int8),
             gain=np.zeros(count, np.float32),
+            wave=np.zeros(count, np.float32),
             link_rate_veh=np.zeros(links, np.float32),
             inflow_veh=np.zeros(links, np.float32),
             green=np.zeros(links, np.float32),

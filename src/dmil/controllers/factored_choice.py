@@ -24,6 +24,7 @@ from dmil.controllers.lane_sight import (
     count_arrivals,
     expect_announced,
     expect_by_rate,
+    forget_overruled,
     green_part,
     look,
     note_shown,
@@ -35,6 +36,7 @@ from dmil.memory.factored import FactoredTable, learn_part, surely
 NOT_LEARNED_FROM_VEH = 20.0
 """Longest queue that is learned from: beyond, the prior's line goes on with the last residual."""
 TIE = 1e-5
+"""Sums of 32-bit numbers that ought to be equal differ by less."""
 
 
 @kernel
@@ -66,6 +68,7 @@ def decide(
     note_shown(groups, seen, scratch)
     look(groups, weights.use_approaching, seen, scratch)
     if not seen.first:
+        forget_overruled(groups, seen, short)
         count_arrivals(
             groups, weights.use_approaching, weights.after_switch, weights.rate_step, short, scratch
         )
@@ -73,7 +76,7 @@ def decide(
     _weigh(groups, weights, short, scratch)
     _choose(groups, weights, seen, scratch, phases)
     if weights.expected > 0.0 or weights.wave > 0.0:
-        announce(groups, seen, scratch, phases)
+        announce(groups, weights.use_approaching, seen, scratch, phases)
         expect_announced(groups, weights.expected, short, scratch)
         _weigh(groups, weights, short, scratch)
         _add_wave(groups, weights, scratch)
@@ -90,6 +93,7 @@ def _weigh(groups: LaneGroups, weights: Weights, short: ShortTerm, scratch: Scra
         row = _row(queue_veh, expected_veh, short.rate_veh[g] if weights.use_rates else 0.0)
         treatment = served_wholly(scratch.shown[g], weights.after_switch)
         scratch.row[g] = row
+        scratch.wave[g] = 0.0
         scratch.gain[g] = groups.lanes[g] * _advantage(
             weights, queue_veh + expected_veh, scratch.sure[row, treatment], treatment
         )
@@ -124,8 +128,8 @@ def _choose(
         shown, best, highest = seen.shown[i], 0, -np.inf
         first = groups.phase_offset[i]
         for phase in range(first, groups.phase_offset[i + 1]):
-            # Of equally good phases the one shown stays; sums of 32-bit numbers differ by less.
-            total = TIE if phase - first == shown else 0.0
+            # Of equally good phases the one shown stays, else the first is taken.
+            total = 2.0 * TIE if phase - first == shown else 0.0
             for place in range(groups.served_offset[phase], groups.served_offset[phase + 1]):
                 g = groups.served[place]
                 gain = float(scratch.gain[g])
@@ -133,9 +137,10 @@ def _choose(
                     waiting_veh = scratch.queue_veh[g] + scratch.expected_veh[g]
                     learned = scratch.sure[scratch.row[g], PARTLY]
                     gain = groups.lanes[g] * _advantage(weights, waiting_veh, learned, PARTLY)
+                    gain += scratch.wave[g]
                 total += gain
-            best = phase - first if total > highest else best
-            highest = max(highest, total)
+            if total > highest + TIE:
+                best, highest = phase - first, total
         phases[i] = best
 
 
@@ -151,7 +156,8 @@ def _add_wave(groups: LaneGroups, weights: Weights, scratch: Scratch) -> None:
                 if link != NOWHERE:
                     green += groups.unseen[link] * scratch.green[link]
             worth = weights.vehicle * weights.wave * green / (last - first)
-            scratch.gain[g] += np.float32(groups.lanes[g] * worth)
+            scratch.wave[g] = groups.lanes[g] * worth
+            scratch.gain[g] += scratch.wave[g]
 
 
 @kernel

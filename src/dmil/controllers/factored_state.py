@@ -96,6 +96,8 @@ class Scratch(NamedTuple):
         Treatment by the phase that is shown now: red, kept or partly; by the one that is chosen.
     gain: float32
         What green gains over red, for all lanes of the group.
+    wave: float32
+        What of that is for green ahead.
     link_rate_veh, inflow_veh, green: (links,) float32
     sure: (rows, columns) float32
         What is sure of what was learned: how much more a treatment is than red.
@@ -110,6 +112,7 @@ class Scratch(NamedTuple):
     shown: ByteArray
     treatment: ByteArray
     gain: Single
+    wave: Single
     link_rate_veh: Single
     inflow_veh: Single
     green: Single

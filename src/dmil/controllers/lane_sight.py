@@ -40,6 +40,15 @@ def note_shown(groups: LaneGroups, seen: Seen, scratch: Scratch) -> None:
 
 
 @kernel
+def forget_overruled(groups: LaneGroups, seen: Seen, short: ShortTerm) -> None:
+    """Take lanes as partly served that were not treated as asked for: who joined is not known."""
+    for i in range(seen.shown.shape[0]):
+        if seen.shown[i] != seen.asked[i]:
+            for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
+                short.treatment[g] = PARTLY
+
+
+@kernel
 def look(groups: LaneGroups, use_approaching: bool, seen: Seen, scratch: Scratch) -> None:
     """Add up what is seen of every group, per lane."""
     for g in range(groups.lanes.shape[0]):
@@ -100,7 +109,9 @@ def expect_by_rate(groups: LaneGroups, expected: float, short: ShortTerm, scratc
 
 
 @kernel
-def announce(groups: LaneGroups, seen: Seen, scratch: Scratch, phases: IntArray) -> None:
+def announce(
+    groups: LaneGroups, use_approaching: bool, seen: Seen, scratch: Scratch, phases: IntArray
+) -> None:
     """Note on every link how much of its end will be green and who will come in time."""
     for link in range(groups.unseen.shape[0]):
         scratch.inflow_veh[link] = 0.0
@@ -115,7 +126,9 @@ def announce(groups: LaneGroups, seen: Seen, scratch: Scratch, phases: IntArray)
             slot = groups.flows[place]
             link = groups.ahead[slot]
             if link != NOWHERE and groups.unseen[link] > 0.0:
-                ready_veh = float(seen.queue_veh[slot] + seen.approaching_veh[slot])
+                ready_veh = float(seen.queue_veh[slot])
+                if use_approaching:
+                    ready_veh += seen.approaching_veh[slot]
                 in_time_veh = groups.capacity_veh[slot] * groups.unseen[link]
                 scratch.inflow_veh[link] += np.float32(min(ready_veh, in_time_veh))
 

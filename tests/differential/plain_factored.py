@@ -1,0 +1,261 @@
+"""Factored dual memory in plain Python: objects and dictionaries, one lane group at a time."""
+
+import math
+
+import numpy as np
+
+RED, KEPT, SWITCHED, PARTLY = range(4)
+QUEUE_BINS = [*range(9), 9, 11, 15]
+RATE_EDGES = (0.15, 0.4, 0.8, 1.5, 3.0)
+SINGLE = np.float32
+TIE = 1e-5
+DEFAULTS = {
+    "approaching": True,
+    "rates": True,
+    "expected": 0.3,
+    "wave": 0.7,
+    "learning": True,
+    "discount": 0.9,
+    "vehicle": 2.0,
+    "trust": 0.05,
+    "trust_veh": 1.0,
+    "evidence": 0.5,
+    "rate_step": 0.02,
+}
+
+
+class Lanes:
+    """Lanes that queue together: their movements, and what an intersection remembers of them."""
+
+    def __init__(self, node, members):
+        movements = [node.movements[j] for j in members]
+        self.node, self.members, self.link = node, members, movements[0].from_link
+        self.count = len({lane for movement in movements for lane in movement.lanes})
+        self.rate, self.rated, self.last = SINGLE(0.5), 0, None
+
+    @property
+    def waiting(self):
+        return float(self.queue + self.expected)
+
+
+def groups_of(node):
+    """Return the signalled movements of an intersection, those that share lanes together."""
+    groups = [{j} for j in range(len(node.movements)) if j not in node.unsignalled]
+
+    def lanes(group):
+        return {(node.movements[j].from_link, k) for j in group for k in node.movements[j].lanes}
+
+    while True:
+        pairs = [(a, b) for a in groups for b in groups if a is not b and lanes(a) & lanes(b)]
+        if not pairs:
+            return [Lanes(node, sorted(group)) for group in sorted(groups, key=min)]
+        one, other = pairs[0]
+        groups = [group for group in groups if group is not one and group is not other]
+        groups.append(one | other)
+
+
+class PlainFactored:
+    """The whole decision of all intersections; `table` maps (row, treatment) to its entry."""
+
+    def __init__(self, options=None):
+        self.options = {**DEFAULTS, **(options or {})}
+        self.table = {}
+
+    def begin(self, situation):
+        self.network, timing = situation.network, situation.timing
+        self.interval_s = timing.decision_interval_s
+        lost_s = timing.clearance_s + timing.startup_lost_s
+        self.after_switch = max(0.0, 1 - lost_s / self.interval_s)
+        self.flow_veh = situation.dynamics.saturation_flow_veh_per_s * self.interval_s
+        self.groups = {node.id: groups_of(node) for node in self.network.intersections}
+        self.time_s = {link.id: link.free_flow_time_s for link in self.network.links}
+        self.signalled = {node.id for node in self.network.intersections}
+        self.end = {link.id: link.end for link in self.network.links}
+        nodes = [*self.network.intersections, *self.network.junctions]
+        self.ways = {link.id: [] for link in self.network.links}
+        for movement in (movement for node in nodes for movement in node.movements):
+            self.ways[movement.from_link].append(movement.to_link)
+        moves = [m for node in self.network.intersections for m in node.movements]
+        self.fed = {self.ahead(movement.to_link) for movement in moves}
+        self.asked = None
+
+    def ahead(self, link):
+        """Return the link at whose end the next signal stands, None if it is not the only way."""
+        passed = []
+        while self.end[link] not in self.signalled:
+            passed.append(link)
+            if len(self.ways[link]) != 1 or self.ways[link][0] in passed:
+                return None
+            link = self.ways[link][0]
+        return link
+
+    def unseen(self, link):
+        return max(0.0, 1 - self.time_s[link] / self.interval_s)
+
+    def decide(self, seen):
+        for i, node in enumerate(self.network.intersections):
+            for group in self.groups[node.id]:
+                self.look(group, i, seen)
+        for group in self.all_groups():
+            if group.link not in self.fed:
+                more = self.options["expected"] * self.unseen(group.link) * float(group.rate)
+                group.expected += SINGLE(more)
+        phases = self.choose(seen.phase, {})
+        if self.options["expected"] or self.options["wave"]:
+            inflow = self.announced_inflow(phases, seen)
+            for group in self.all_groups():
+                share = self.arriving(group) / sum(
+                    self.arriving(other) for other in self.on_link(group.link)
+                )
+                more = self.options["expected"] * inflow.get(group.link, 0.0) * share
+                group.expected += SINGLE(more / group.count)
+            phases = self.choose(seen.phase, self.announced_green(phases))
+        self.learn(phases, seen)
+        self.asked = phases
+        return phases
+
+    def all_groups(self):
+        return [group for groups in self.groups.values() for group in groups]
+
+    def on_link(self, link):
+        return [group for group in self.groups[self.end[link]] if group.link == link]
+
+    def arriving(self, group):
+        return group.count * (float(group.rate) + 0.05)
+
+    def look(self, group, i, seen):
+        def per_lane(counts):
+            return SINGLE(float(sum(counts[i, j] for j in group.members)) / group.count)
+
+        group.queue, group.waited = per_lane(seen.queue_veh), float(per_lane(seen.waiting_veh))
+        sees = self.options["approaching"]
+        group.expected = per_lane(seen.approaching_veh) if sees else SINGLE(0)
+        shown = group.node.phases[seen.phase[i]] if seen.phase[i] >= 0 else frozenset()
+        group.shown = self.coverage(group, shown)
+        if self.asked is None:
+            return
+        _, treated, before, foreseen = group.last
+        grown = float(group.queue) - float(before)
+        discharged = self.flow_veh * (self.after_switch if treated == SWITCHED else 1.0)
+        if self.options["approaching"] and self.unseen(group.link) == 0:
+            joined = float(foreseen)
+        elif seen.phase[i] != self.asked[i]:
+            return
+        elif treated == RED:
+            joined = max(0.0, grown)
+        elif treated != PARTLY and group.queue > 0:
+            joined = max(0.0, grown + discharged)
+        else:
+            return
+        group.rated += 1
+        step = max(self.options["rate_step"], 1 / (1 + group.rated))
+        group.rate += SINGLE(step * (joined - float(group.rate)))
+
+    def coverage(self, group, phase):
+        """Return whether a phase serves all of a group, some of it or none."""
+        served = phase.intersection(group.members)
+        return RED if not served else KEPT if len(served) == len(group.members) else PARTLY
+
+    def treatment(self, group, phase):
+        covers = self.coverage(group, phase)
+        switches = covers == KEPT and group.shown != KEPT and self.after_switch < 1
+        return SWITCHED if switches else covers
+
+    def row(self, group):
+        queue = int(float(group.queue) + 0.5)
+        queue = sum(queue >= least for least in QUEUE_BINS) - 1
+        arrivals = min(3, int(float(group.expected) + 0.5))
+        rate = sum(float(group.rate) > edge for edge in RATE_EDGES) if self.options["rates"] else 0
+        return 24 * queue + 6 * arrivals + rate
+
+    def prior_gain(self, waiting, treatment):
+        part = {RED: 0, KEPT: 1, SWITCHED: self.after_switch, PARTLY: self.after_switch / 2}
+        return self.options["vehicle"] * part[treatment] * waiting
+
+    def entry(self, row, treatment):
+        return self.table.get((row, treatment), (SINGLE(0), 0, SINGLE(0)))
+
+    def advantage(self, group, treatment):
+        green, red = (self.entry(self.row(group), each) for each in (treatment, RED))
+        learned = float(green[0]) - float(red[0])
+        doubt = self.options["evidence"] * math.sqrt(
+            sum(float(square) / max(1, times) for _, times, square in (green, red))
+        )
+        learned = math.copysign(max(0.0, abs(learned) - doubt), learned)
+        prior = self.prior_gain(group.waiting, treatment)
+        most = self.options["trust"] * prior + self.options["trust_veh"]
+        return prior + max(-most, min(most, learned))
+
+    def choose(self, shown, green):
+        phases = []
+        for i, node in enumerate(self.network.intersections):
+            merits = [self.merit(node, phase, green) for phase in node.phases]
+            best = [p for p, merit in enumerate(merits) if merit > max(merits) - TIE]
+            phases.append(shown[i] if shown[i] in best else best[0])
+        return np.array(phases)
+
+    def merit(self, node, phase, green):
+        total = 0.0
+        for group in self.groups[node.id]:
+            if phase.intersection(group.members):
+                gain = self.advantage(group, self.treatment(group, phase))
+                if group.waiting > 0:
+                    ahead = [self.ahead(node.movements[j].to_link) for j in group.members]
+                    wave = sum(self.unseen(link) * green.get(link, 0) for link in ahead if link)
+                    gain += self.options["vehicle"] * self.options["wave"] * wave / len(ahead)
+                total += group.count * gain
+        return total
+
+    def announced_green(self, phases):
+        """Return for every link which part of the groups at its end will have green."""
+        green = {}
+        for node, phase in zip(self.network.intersections, phases, strict=True):
+            for link in {group.link for group in self.groups[node.id]}:
+                parts = [
+                    {RED: 0.0, KEPT: 1.0, PARTLY: 0.5}[self.coverage(group, node.phases[phase])]
+                    for group in self.on_link(link)
+                ]
+                green[link] = sum(parts) / len(parts)
+        return green
+
+    def announced_inflow(self, phases, seen):
+        """Return for every link who will get onto it early enough to reach its end."""
+        inflow = {}
+        for i, node in enumerate(self.network.intersections):
+            for j in node.phases[phases[i]] | node.unsignalled:
+                link, lanes = self.ahead(node.movements[j].to_link), node.movements[j].lanes
+                if link:
+                    others = [
+                        m for m in node.movements if m.from_link == node.movements[j].from_link
+                    ]
+                    own = sum(1 / sum(lane in m.lanes for m in others) for lane in lanes)
+                    ready = int(seen.queue_veh[i, j])
+                    ready += int(seen.approaching_veh[i, j]) * self.options["approaching"]
+                    goes = min(float(ready), self.flow_veh * own * self.unseen(link))
+                    inflow[link] = inflow.get(link, 0.0) + goes
+        return inflow
+
+    def learn(self, phases, seen):
+        for i, node in enumerate(self.network.intersections):
+            overruled = self.asked is None or seen.phase[i] != self.asked[i]
+            for group in self.groups[node.id]:
+                row = self.row(group)
+                treatment = self.treatment(group, node.phases[phases[i]])
+                if not overruled and self.options["learning"] and group.last[2] <= 20:
+                    before_row, before_treatment, queue, expected = group.last
+                    before = self.value(before_row, before_treatment, float(queue + expected))
+                    after = self.value(row, treatment, group.waiting)
+                    error = self.options["discount"] * after - group.waited - before
+                    self.correct(before_row, before_treatment, error)
+                group.last = row, treatment, group.queue, group.expected
+
+    def value(self, row, treatment, waiting):
+        green = self.prior_gain(waiting, treatment)
+        return green - self.options["vehicle"] * waiting + float(self.entry(row, treatment)[0])
+
+    def correct(self, row, treatment, error):
+        residual, times, square = self.entry(row, treatment)
+        step = max(0.01, 0.1 / (1 + min(times, 255) / 5) ** 0.6)
+        weight = max(step, 1 / (1 + times))
+        square = square + SINGLE(weight * (error**2 - float(square)))
+        self.table[row, treatment] = residual + SINGLE(step * error), times + 1, square
