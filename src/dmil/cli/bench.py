@@ -30,11 +30,12 @@ def bench(json: Json = False, debug: Debug = False) -> None:
     compares with another figure of the same rounds: its median, and between which extremes it lay.
     """
     with waiting("measuring"):
+        from dmil.benchmarks.cities import city_figures
         from dmil.benchmarks.lookups import lookup_figures
         from dmil.benchmarks.neighbours import neighbour_figures
         from dmil.benchmarks.throughput import throughput_figures
 
-        figures = [*throughput_figures(), *lookup_figures(), *neighbour_figures()]
+        figures = [*throughput_figures(), *lookup_figures(), *neighbour_figures(), *city_figures()]
         if all(importlib.util.find_spec(name) for name in SUMO_PACKAGES):
             from dmil.benchmarks.sumo import sumo_figures
 

@@ -39,7 +39,12 @@ def test_the_busy_grid():
 
 
 def test_bench_adds_them(monkeypatch, capsys):
-    for module in ("throughput.throughput", "lookups.lookup", "neighbours.neighbour"):
+    for module in (
+        "throughput.throughput",
+        "lookups.lookup",
+        "neighbours.neighbour",
+        "cities.city",
+    ):
         monkeypatch.setattr(f"dmil.benchmarks.{module}_figures", lambda: [])
     monkeypatch.setattr("dmil.cli.bench.SUMO_PACKAGES", ())
     monkeypatch.setattr("dmil.benchmarks.sumo.sumo_figures", lambda: [Figure("x", 2.0, "1/s")])

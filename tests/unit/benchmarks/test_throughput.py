@@ -25,6 +25,7 @@ def test_bench_prints_the_contract(monkeypatch, capsys):
     monkeypatch.setattr("dmil.benchmarks.throughput.throughput_figures", lambda: [one])
     monkeypatch.setattr("dmil.benchmarks.lookups.lookup_figures", lambda: [two])
     monkeypatch.setattr("dmil.benchmarks.neighbours.neighbour_figures", lambda: [])
+    monkeypatch.setattr("dmil.benchmarks.cities.city_figures", lambda: [])
     monkeypatch.setattr("dmil.cli.bench.SUMO_PACKAGES", ("no_such_package",))
     bench.bench(json=True)
     found = json.loads(capsys.readouterr().out)
