@@ -19,9 +19,9 @@ from dmil.analysis.memories.names import (
 )
 from dmil.analysis.memories.statements import SUBJECTS
 from dmil.reports.marks import Chart, dots, heading, lines, values
-from dmil.reports.memories_look import dashes, log_field, named, palette, ticks
+from dmil.reports.memories_look import dashes, log_field, named, palette, ticks, vertical_at
 from dmil.reports.point_labels import label_places
-from dmil.reports.theme import FAINT, INK
+from dmil.reports.theme import FAINT
 
 RATIO = "waiting / max-pressure's"
 _SIZE = (470, 330)
@@ -79,7 +79,7 @@ def differences(standing: pl.DataFrame, cells: Sequence[str], title: str) -> Cha
     layers[0] = layers[0].encode(
         x=alt.X("low:Q", title=x_title, scale=alt.Scale(domain=domain, nice=False))
     )
-    zero = alt.Chart().mark_rule(color=INK, strokeWidth=1.2).encode(x=alt.datum(0))
+    zero = vertical_at(0.0)
     return alt.layer(zero, *layers, data=values(data)).properties(
         width=470,
         height=alt.Step(8, **{"for": "offset"}),
@@ -115,7 +115,7 @@ def standing_chart(overall: pl.DataFrame) -> Chart | None:
         layer.encode(x=log_field("low:Q" if number == 0 else "mean:Q", RATIO, *ends, alt.X))
         for number, layer in enumerate(dots(y, colour, RATIO, format=".3f"))
     ]
-    one = alt.Chart().mark_rule(color=INK, strokeWidth=1.2).encode(x=alt.datum(1))
+    one = vertical_at(1.0)
     return alt.layer(one, *layers, data=values(data.drop("controller"))).properties(
         width=420,
         height=alt.Step(16),

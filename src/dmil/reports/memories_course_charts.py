@@ -9,8 +9,8 @@ import polars as pl
 
 from dmil.analysis.memories.names import cell_label, controller_name
 from dmil.reports.marks import Chart, dots, heading, values
-from dmil.reports.memories_look import dashes, log_field, named, palette
-from dmil.reports.theme import FAINT, INK
+from dmil.reports.memories_look import dashes, log_field, named, palette, vertical_at
+from dmil.reports.theme import FAINT
 
 _PANEL = (205, 130)
 _ACROSS = 3
@@ -83,7 +83,7 @@ def ablation_chart(ablation: pl.DataFrame, subject: str) -> Chart | None:
         f"difference to {controller_name(subject)} in waiting time (%)",
         format="+.1f",
     )
-    zero = alt.Chart().mark_rule(color=INK, strokeWidth=1.2).encode(x=alt.datum(0))
+    zero = vertical_at(0.0)
     return alt.layer(zero, *layers, data=values(data)).properties(
         width=360,
         height=alt.Step(18),

@@ -10,6 +10,7 @@ import altair as alt
 import polars as pl
 
 from dmil.analysis.memories.names import cell_label, controller_name
+from dmil.reports.theme import INK
 
 Axis = TypeVar("Axis", alt.X, alt.Y)
 
@@ -86,6 +87,16 @@ def log_field(field: str, title: str, low: float, high: float, kind: type[Axis])
     )
 
 
+def vertical_at(x: float) -> alt.Chart:
+    """Return a vertical line, drawn once and not for every row of a figure's data (ours)."""
+    line: alt.Chart = (
+        alt.Chart(alt.InlineData(values=[{}]))
+        .mark_rule(color=INK, strokeWidth=1.2)
+        .encode(x=alt.datum(x))
+    )
+    return line
+
+
 def colour_of(label: str) -> str:
     """Return a controller's colour; its options do not change it, but for approaching vehicles."""
     name, _, options = label.partition(",")
@@ -104,8 +115,7 @@ def dashes(labels: Sequence[str]) -> dict[str, list[int]]:
     found = {}
     for label in labels:
         name, _, options = label.partition(",")
-        several = sum(other.partition(",")[0] == name for other in labels) > 1
-        dotted = bool(options) and several and options != "epsilon=0.05"
+        dotted = bool(options) and options != "epsilon=0.05"
         found[controller_name(label)] = [2, 2] if dotted else _DASHES.get(name, [1, 0])
     return found
 

@@ -12,7 +12,7 @@ from dmil.analysis.memories.statements import SUBJECT
 from dmil.seeding import stream
 from dmil.statistics import mean_interval, paired_difference, performance_profile
 
-THRESHOLDS = np.geomspace(0.7, 10.0, 90)
+THRESHOLDS = np.geomspace(0.5, 10.0, 100)
 
 
 def profiles(runs: Arranged) -> pl.DataFrame:
