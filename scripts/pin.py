@@ -1,8 +1,8 @@
 """Write constraints.txt and constraints-dev.txt: every version pinned, every file by its hash.
 
-Torch is in constraints-torch.txt, by its version alone: for one version there are files that compute
-on the CPU only, of 0.2 GB, and files for GPUs, which need further packages of gigabytes. Which one
-pip takes depends on where it looks, and either will do.
+Torch is in constraints-torch.txt, by its version alone: for one version there are files that
+compute on the CPU only, of 0.2 GB, and files for GPUs, which need further packages of gigabytes.
+Which one pip takes depends on where it looks, and either will do.
 
 Run it with the oldest supported Python, inside any environment with a recent pip::
 
@@ -120,8 +120,8 @@ def main() -> None:
         ROOT / "constraints-torch.txt",
         [
             note,
-            "# What `make check` needs last. Without hashes: for one version there are files for CPUs and",
-            "# files for GPUs, and which one pip takes depends on where it looks.",
+            "# What `make check` needs last. Without hashes: for one version there are files for",
+            "# CPUs and files for GPUs, and which one pip takes depends on where it looks.",
         ],
         {TORCH: torch},
         {TORCH: set()},
