@@ -250,7 +250,7 @@ def profile_chart(profiles: pl.DataFrame, chosen: Sequence[str]) -> Chart | None
             "ratio:Q",
             title=RATIO,
             scale=alt.Scale(type="log", nice=False),
-            axis=alt.Axis(values=ticks(*ends), format="~s", ticks=False),
+            axis=alt.Axis(values=ticks(*ends), format="~g", ticks=False),
         ),
         x_title=RATIO,
         y=alt.Y("mean:Q", title="share of runs", axis=alt.Axis(format="%")),

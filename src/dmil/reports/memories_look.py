@@ -77,13 +77,18 @@ def ticks(low: float, high: float) -> list[float]:
     return found
 
 
+def tick_format(low: float) -> str:
+    """Return how ticks from ``low`` on are written: thousands as 1k, parts of 1 as they are."""
+    return "~s" if low >= 1 else "~g"
+
+
 def log_field(field: str, title: str, low: float, high: float, kind: type[Axis]) -> Axis:
     """Return a logarithmic axis from ``low`` to ``high`` with few, round labels (ours)."""
     return kind(
         field,
         title=title,
         scale=alt.Scale(type="log", domain=[low, high], nice=False),
-        axis=alt.Axis(values=ticks(low, high), format="~s", grid=True, ticks=False),
+        axis=alt.Axis(values=ticks(low, high), format=tick_format(low), grid=True, ticks=False),
     )
 
 

@@ -24,7 +24,7 @@ _CONTROLLERS = {
     "dual-memory": "dual memory",
     "fixed-cycle": "fixed cycle",
     "gap-out": "gap-out",
-    "foresight": "foresight (knows the future)",
+    "foresight": "foresight (planner)",
     "webster": "Webster",
     "dqn": "DQN",
     "dqn-prioritised": "DQN, prioritised replay",
