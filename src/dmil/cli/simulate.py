@@ -94,7 +94,7 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
 
     For example:
         dmil simulate --scenario grid:5x5
-        dmil simulate --scenario grid:3x3 --controller sarsa --set embedding=cells
+        dmil simulate --scenario grid:3x3 --controller sarsa,embedding=cells
         dmil simulate --scenario cityflow:FOLDER --steps 3600 --seeds 5
         dmil simulate --policy policy.npz --series run.csv
 
@@ -163,7 +163,7 @@ def _contender(settings: SimulateParameters, policy: Policy | None) -> Contender
     options = settings.controller.options
     if policy is None or settings.policy is None:
         return Contender(
-            settings.controller.name, settings.controller.name, json_module.dumps(options)
+            settings.controller.label, settings.controller.name, json_module.dumps(options)
         )
     frozen = accepted(policy.controller, {"learning": False, "epsilon": 0.0})
     return Contender(
