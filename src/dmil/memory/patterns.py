@@ -22,6 +22,8 @@ def covers(key: IntArray, pattern: IntArray, reach: int) -> bool:
         place += 1
     if place == places:
         return True
+    if reach < 2:  # no multiples: spares nearly every row of a scan a division
+        return False
     place = 0
     while place < places and key[place] == 0:
         place += 1
@@ -54,7 +56,11 @@ def find_pattern(rows: Rows, owner: int, pattern: IntArray, reach: int) -> int:
     row, _ = find(rows, owner, pattern, 1)
     if row != ABSENT:
         return row
+    first = pattern[0, 0]
     for older in range(rows.size[owner]):
+        # Most keys differ in their first number already, and without multiples that settles it.
+        if reach < 2 and not 0 <= first - rows.keys[owner, older, 0] <= reach:
+            continue
         if covers(rows.keys[owner, older], pattern[0], reach):
             return older
     return ABSENT
