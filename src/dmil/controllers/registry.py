@@ -28,6 +28,7 @@ from dmil.controllers.dual_memory import DualMemoryController
 from dmil.controllers.factored import FactoredController, FactoredSettings
 from dmil.controllers.foresight import ForesightController, ForesightSettings
 from dmil.controllers.gap_out import GapOutController, GapOutSettings
+from dmil.controllers.lookahead import LookaheadController, LookaheadSettings
 from dmil.controllers.mfec import MfecController, MfecSettings
 from dmil.controllers.plmp import PlmpController, PlmpSettings
 from dmil.controllers.prior import Prior
@@ -119,6 +120,13 @@ CONTROLLERS: dict[str, Entry] = {
         FactoredSettings,
         True,
         "factored dual memory: one small table of lanes, neighbours announce their phases",
+        online=True,
+    ),
+    "lookahead": Entry(
+        LookaheadController,
+        LookaheadSettings,
+        True,
+        "model memory: a learned model of lanes, two decisions ahead",
         online=True,
     ),
     "sarsa": Entry(

@@ -1,0 +1,161 @@
+"""Model memory in plain Python: all pairs of phases tried, one lane group at a time."""
+
+from functools import cache
+
+import numpy as np
+
+from tests.differential.plain_factored import (
+    KEPT,
+    PARTLY,
+    QUEUE_BINS,
+    RED,
+    SINGLE,
+    SWITCHED,
+    PlainFactored,
+)
+
+SAME = 1e-4
+DEFAULTS = {
+    "depth": 2,
+    "plan": 0.7,
+    "terminal": 2.0,
+    "curvature": 0.2,
+    "discount": 0.9,
+    "approaching": True,
+    "expected": 0.3,
+    "later": 0.5,
+    "rounds": 3,
+    "wave": 1.0,
+    "learning": True,
+    "trust": 5.0,
+    "queue_trust": 0.3,
+    "rate_step": 0.02,
+}
+
+
+class PlainLookahead(PlainFactored):
+    """The whole decision; `table` maps (row, treatment) to two residuals and how often learned."""
+
+    def __init__(self, options=None):
+        self.options = {**DEFAULTS, **(options or {})}
+        self.table = {}
+
+    def decide(self, seen):
+        for i, node in enumerate(self.network.intersections):
+            for group in self.groups[node.id]:
+                self.look(group, i, seen)
+        for group in self.all_groups():
+            if group.link not in self.fed:
+                more = self.options["expected"] * self.unseen(group.link) * float(group.rate)
+                group.expected += SINGLE(more)
+            group.known = group.expected
+        phases = self.choose(seen.phase, {})
+        for _ in range(self.options["rounds"]):
+            inflow = self.announced_inflow(phases, seen)
+            for group in self.all_groups():
+                share = self.arriving(group) / sum(
+                    self.arriving(other) for other in self.on_link(group.link)
+                )
+                more = self.options["expected"] * inflow.get(group.link, 0.0) * share
+                group.expected = group.known + SINGLE(more / group.count)
+            phases = self.choose(seen.phase, self.announced_green(phases))
+        self.learn(phases, seen)
+        self.asked = phases
+        return phases
+
+    def choose(self, shown, green):
+        phases, self.costs = [], {}
+        for i, node in enumerate(self.network.intersections):
+            costs = [
+                min(self.pair_cost(node, now, then, green) for then in node.phases)
+                for now in node.phases
+            ]
+            best = [p for p, cost in enumerate(costs) if cost < min(costs) + SAME]
+            phases.append(shown[i] if shown[i] in best else best[0])
+        return np.array(phases)
+
+    def pair_cost(self, node, now, then, green):
+        total = 0.0
+        for group in self.groups[node.id]:
+            case = group, self.coverage(group, now), self.coverage(group, then)
+            if case not in self.costs:
+                self.costs[case] = group.count * self.cost(group, now, then, green)
+            total += self.costs[case]
+        return total
+
+    def cost(self, group, now, then, green):
+        o, covered = self.options, self.coverage(group, now)
+        cost, queue = self.foresee(
+            float(group.queue), float(group.expected), self.treatment(group, now)
+        )
+        if covered != RED and group.waiting > 0:
+            ahead = [self.ahead(group.node.movements[j].to_link) for j in group.members]
+            found = sum(self.unseen(link) * green.get(link, 0) for link in ahead if link)
+            cost -= o["wave"] * found / len(ahead)
+        stays = self.left(queue)
+        if o["depth"] == 1:
+            return cost + o["discount"] * stays
+        treatment = self.coverage(group, then)
+        if treatment == KEPT and covered != KEPT and self.after_switch < 1:
+            treatment = SWITCHED
+        next_cost, last = self.foresee(queue, o["later"] * float(group.rate), treatment)
+        goes = next_cost + o["discount"] * self.left(last)
+        return cost + o["discount"] * ((1 - o["plan"]) * stays + o["plan"] * goes)
+
+    def left(self, queue):
+        return self.options["terminal"] * queue + self.options["curvature"] * queue**2
+
+    def foresee(self, queue, arrivals, treatment):
+        cost, end = self.lane_model(queue, arrivals, treatment)
+        residuals = self.table.get((self.bins(queue, arrivals), treatment))
+        if residuals:
+            times = residuals[2]
+            trusted = times / (times + self.options["trust"])
+            cost += trusted * float(residuals[0])
+            end += self.options["queue_trust"] * trusted * float(residuals[1])
+        return max(0.0, cost), max(0.0, end)
+
+    def lane_model(self, queue, arrivals, treatment):
+        return fluid(queue, arrivals, self.flow_veh, treatment, self.after_switch)
+
+    def bins(self, queue, arrivals):
+        place = sum(int(queue + 0.5) >= least for least in QUEUE_BINS) - 1
+        return 4 * place + min(3, int(arrivals + 0.5))
+
+    def learn(self, phases, seen):
+        for i, node in enumerate(self.network.intersections):
+            overruled = self.asked is None or seen.phase[i] != self.asked[i]
+            for group in self.groups[node.id]:
+                if not overruled and self.options["learning"] and group.last[2] <= 20:
+                    row, treatment, queue, expected = group.last
+                    model = self.lane_model(float(queue), float(expected), treatment)
+                    real = group.waited, float(group.queue)
+                    self.correct(row, treatment, [r - m for r, m in zip(real, model, strict=True)])
+                treatment = self.treatment(group, node.phases[phases[i]])
+                row = self.bins(float(group.queue), float(group.expected))
+                group.last = row, treatment, group.queue, group.expected
+
+    def correct(self, row, treatment, errors):
+        *residuals, times = self.table.get((row, treatment), (SINGLE(0), SINGLE(0), 0))
+        step = max(0.005, 1 / (1 + times))
+        learned = [
+            SINGLE(float(past) + step * (error - float(past)))
+            for past, error in zip(residuals, errors, strict=True)
+        ]
+        self.table[row, treatment] = (*learned, times + 1)
+
+
+@cache
+def fluid(queue, arrivals, flow, treatment, after_switch):
+    """Return mean and last queue of a lane: waits out what is red, then leaves evenly."""
+    green = {RED: 0.0, KEPT: 1.0, SWITCHED: after_switch, PARTLY: after_switch}[treatment]
+    flow = flow / 2 if treatment == PARTLY else flow
+    peak = queue + arrivals * (1 - green)
+    mean = (1 - green) * (queue + peak) / 2
+    if green == 0:
+        return mean, peak
+    last = peak - (flow - arrivals) * green
+    if last >= 0:
+        return mean + green * (peak + last) / 2, last
+    empty_after = peak / (flow - arrivals)
+    return mean + empty_after * peak / 2, 0.0
