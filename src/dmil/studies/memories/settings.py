@@ -39,7 +39,7 @@ class MemoriesStudySettings(BaseModel):
     seeds: int = Field(30, ge=1, description="Runs per controller and cell; seeds 0, 1, …")
     first_seed: int = Field(0, ge=0, le=LARGEST_SEED, description="First of the seeds.")
     episodes: int = Field(
-        10,
+        5,
         ge=1,
         description="Training runs of those that are trained; their chance is never a test's.",
     )
