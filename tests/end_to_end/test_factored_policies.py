@@ -37,3 +37,11 @@ def test_a_policy_of_other_signals_is_refused(trained, dmil):
     done = dmil("evaluate", "--policy", trained, "--clearance", 3, "--seeds", 1, code=2)
     assert "Traceback" not in done.err
     assert "knows 2 of 3 ways to treat a lane" in done.err
+
+
+def test_a_policy_of_signals_that_lose_time(dmil, tmp_path):
+    path = tmp_path / "slow.npz"
+    slow = ("--clearance", 3)
+    dmil("train", "--scenario", "grid:1x2", "--controller", "factored", *slow, "--out", path)
+    judged = dmil("evaluate", "--policy", path, *slow, "--seeds", 1, "--jobs", 1, "--json")
+    assert judged.json["controllers"][0]["controller"] == "slow.npz"

@@ -219,3 +219,4 @@ class FactoredController:
             If the arrays are not those of such a table.
         """
         self._table = restored_table(arrays, self.table)
+        self._scratch = self._scratch._replace(sure=np.zeros_like(self._table.residual))

@@ -67,13 +67,18 @@ def make_factored_table(rows: int, columns: int, *, with_errors: bool = False) -
 
 
 def restored_table(arrays: Mapping[str, npt.NDArray[Any]], like: FactoredTable) -> FactoredTable:
-    """Return a saved table.
+    """Return a saved table; it may have more columns than the one that it is like.
 
     Raises
     ------
     PolicyError
-        If an array is missing, of another shape, or holds what is no number.
+        If an array is missing, of another shape, or holds numbers that cannot be.
     """
+    rows, columns = like.residual.shape
+    saved = arrays.get("residual")
+    if saved is not None and saved.ndim == 2:
+        columns = max(columns, saved.shape[1])
+    like = make_factored_table(rows, columns, with_errors=like.square.size > 0)
     least = {"square": 0.0}
     return FactoredTable(
         *(
