@@ -52,13 +52,13 @@ def contenders_of(settings: EvaluateParameters, policies: list[Policy]) -> list[
         add(path.name, options=json.dumps(options), policy=str(path), reward=policy.reward)
     for choice in settings.controller:
         # What freezes a learner goes over its defaults, not over what somebody asked for.
-        frozen = choice.options | accepted(choice.name, mode)
+        frozen = choice.options | _untrained(choice.name, mode)
         options = frozen | choice.changed | settings.changes
         add(choice.label, **_named(choice.name, options, settings.reward))
         _warn_of_nothing_learned(choice.label, options)
     for path in settings.tuned:
         tuned = load_tuned(path)
-        options = tuned.chosen | accepted(tuned.controller, mode) | settings.changes
+        options = tuned.chosen | _untrained(tuned.controller, mode) | settings.changes
         add(f"{tuned.label} tuned", **_named(tuned.controller, options, tuned.reward))
         _warn_of_nothing_learned(tuned.label, options, path)
     for name in BASELINES if settings.baselines else ():
@@ -92,6 +92,12 @@ def _reference(wanted: str, made: list[str]) -> dict[str, Any]:
             expected=f"one of {', '.join(dict.fromkeys([*made, *fixed]))}",
         )
     return {"controller": variant.name, "options": json.dumps(dict(variant.options))}
+
+
+def _untrained(name: str, mode: dict[str, Any]) -> dict[str, Any]:
+    """Return what a controller takes of a mode that learned nothing yet; some need no training."""
+    entry = CONTROLLERS.get(name)
+    return {} if entry is not None and entry.online else accepted(name, mode)
 
 
 def _mode(settings: EvaluateParameters) -> dict[str, Any]:

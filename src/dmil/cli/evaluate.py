@@ -226,7 +226,14 @@ def _notes(settings: EvaluateParameters, found: Comparison, scenario: Scenario) 
     elif several:
         notes.append("Each seed has vehicles of its own, the same for all controllers.")
     entries = [CONTROLLERS.get(choice.name) for choice in settings.controller]
-    if settings.policy or any(entry and entry.learns for entry in entries):
+    online = [
+        choice.label
+        for choice, entry in zip(settings.controller, entries, strict=True)
+        if entry and entry.online and choice.options.get("learning", True)
+    ]
+    if online:
+        notes.append(f"Learning from the first second, untrained: {', '.join(online)}.")
+    if settings.policy or any(entry and entry.learns and not entry.online for entry in entries):
         epsilon = "their own" if settings.epsilon is None else f"{settings.epsilon:g}"
         frozen = f"frozen, ε = {settings.epsilon or 0:g}"
         notes.append(f"Learners: {f'learning, ε = {epsilon}' if settings.learn else frozen}.")
