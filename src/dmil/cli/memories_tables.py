@@ -20,6 +20,7 @@ _HEADS = {
     "max_pressure": "max-pressure",
     "longest_queue": "longest queue",
     "approaching": "l. q. + appr.",
+    "limit": "planner",
 }
 
 

@@ -15,6 +15,7 @@ _REFERENCE_HEADS = {
     "max_pressure": "against max-pressure",
     "longest_queue": "against longest queue",
     "approaching": "against longest queue + approaching",
+    "limit": "against the planner",
 }
 
 

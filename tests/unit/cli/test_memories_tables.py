@@ -44,8 +44,11 @@ def test_ours_have_a_table_by_cells(tables):
     lines = printed(cells_table(tables, "factored"))
     assert max(map(len, lines)) <= 80
     row = next(line for line in lines if line.startswith("5×5 ×3.6")).split()
-    assert len(row) == 9  # two words of the cell, W, and three differences with their intervals
-    assert all(part.startswith(("−", "±")) for part in row[3:])
+    # Two words of the cell, W, three differences with their intervals, and no planner there.
+    assert len(row) == 10 and row[-1] == "–"
+    assert all(part.startswith(("−", "±")) for part in row[3:-1])
+    single = next(line for line in lines if line.startswith("1×1 ×7")).split()
+    assert single[-2].startswith("+2.")  # the planner is 20 % below max-pressure, this one 18 %
 
 
 def test_verdicts_of_what_was_run_have_a_line_each(tables):

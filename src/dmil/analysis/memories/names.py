@@ -7,12 +7,15 @@ import re
 MAX_PRESSURE = "max-pressure"
 LONGEST_QUEUE = "longest-queue-first"
 LONGEST_QUEUE_APPROACHING = "longest-queue-first,approaching=true"
+PLANNER = "foresight"
 REFERENCES: dict[str, str] = {
     MAX_PRESSURE: "max_pressure",
     LONGEST_QUEUE: "longest_queue",
     LONGEST_QUEUE_APPROACHING: "approaching",
+    PLANNER: "limit",
 }
-"""Whom differences are taken to, and what columns of these differences begin with."""
+"""Whom differences are taken to, and what columns of these differences begin with. The planner
+knows all arrivals, and runs on one intersection only: the limit there."""
 CITY = "cityflow:"
 
 _SHORT = {

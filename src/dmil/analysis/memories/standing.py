@@ -28,9 +28,9 @@ def standing(runs: Arranged) -> pl.DataFrame:
     -------
     Per cell and controller: ``n`` seeds, ``mean``, the interquartile mean ``iqm`` with ``low`` and
     ``high``, and the means of other measures; then for each reference R (max_pressure,
-    longest_queue, approaching) the paired difference of means in %, ``R_pct`` with ``R_low`` and
-    ``R_high``, the probability of improvement ``R_better`` with interval, and ``R_p``, Wilcoxon's
-    p-value corrected for all controllers of the cell (Holm).
+    longest_queue, approaching, limit) the paired difference of means in %, ``R_pct`` with
+    ``R_low`` and ``R_high``, the probability of improvement ``R_better`` with interval, and
+    ``R_p``, Wilcoxon's p-value corrected for all controllers of the cell (Holm).
     """
     frames = []
     for number, cell in enumerate(runs.cells):

@@ -11,6 +11,7 @@ from dmil.analysis.memories.names import (
     LONGEST_QUEUE,
     LONGEST_QUEUE_APPROACHING,
     MAX_PRESSURE,
+    PLANNER,
 )
 
 SUBJECT = "factored"
@@ -170,7 +171,7 @@ BARS: tuple[Bar, ...] = (
         "On one intersection nobody waits less than a planner that knows all arrivals.",
         SINGLE,
         ("*",),
-        "foresight",
+        PLANNER,
         "not below",
     ),
     Bar(
@@ -251,7 +252,7 @@ BARS: tuple[Bar, ...] = (
     Bar(
         "team-value-helps",
         "rivals",
-        "A team's value, VDN, waits less than one network per intersection for itself, DQN.",
+        "A team's value, VDN, waits less than DQN, where every intersection learns for itself.",
         SEVERAL,
         ("vdn*",),
         "dqn",
