@@ -88,9 +88,7 @@ def contenders(settings: MemoriesStudySettings) -> list[str]:
     InputError
         There is no such controller or option.
     """
-    chosen = settings.controllers or [
-        text for text in CONTENDERS if parse_variant(text).name in CONTROLLERS
-    ]
+    chosen = settings.controllers or CONTENDERS
     labels = [parse_variant(text).label for text in (*chosen, *settings.ablations)]
     for label in labels:
         name = parse_variant(label).name
