@@ -19,7 +19,7 @@ DEFAULTS = {
     "vehicle": 2.0,
     "trust": 0.05,
     "trust_veh": 1.0,
-    "evidence": 0.5,
+    "evidence": 0.0,
     "rate_step": 0.02,
 }
 

@@ -22,7 +22,7 @@ OPTIONS = {
     "expected": {"expected": 0.0},
     "wave": {"wave": 0.0},
     "no announcement": {"expected": 0.0, "wave": 0.0},
-    "evidence": {"evidence": 0.0},
+    "evidence": {"evidence": 0.5},
     "learning": {"learning": False},
     "all others": {
         "expected": 0.937,

@@ -69,7 +69,7 @@ class FactoredSettings(BaseModel):
     )
     trust_veh: float = Field(default=1.0, ge=0, allow_inf_nan=False, description="See trust.")
     evidence: float = Field(
-        default=0.5,
+        default=0.0,
         ge=0,
         allow_inf_nan=False,
         description="Standard errors that are taken off what was learned; 0: none.",

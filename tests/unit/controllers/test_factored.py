@@ -192,7 +192,7 @@ def test_loading_replaces_and_never_adds():
 
 @pytest.mark.parametrize("spoilt", ["residual", "times", "square"])
 def test_arrays_of_something_else_are_refused(spoilt):
-    controller = begun()
+    controller = begun(evidence=0.5)
     kept = controller.arrays()
     for wrong in (None, kept[spoilt][:-1], kept[spoilt].astype(np.float64)):
         arrays = {**kept, spoilt: wrong}
@@ -202,7 +202,7 @@ def test_arrays_of_something_else_are_refused(spoilt):
 
 @pytest.mark.parametrize(("name", "number"), [("residual", np.nan), ("square", -1.0)])
 def test_numbers_that_cannot_be_are_not_loaded(name, number):
-    controller = begun()
+    controller = begun(evidence=0.5)
     arrays = controller.arrays()
     arrays[name][3, 1] = number
     with pytest.raises(PolicyError, match=f"'{name}' holds numbers that cannot be"):
