@@ -54,13 +54,18 @@ def make_outcome_table(rows: int, columns: int, outcomes: int) -> OutcomeTable:
 
 
 def restored_outcomes(arrays: Mapping[str, npt.NDArray[Any]], like: OutcomeTable) -> OutcomeTable:
-    """Return a saved table.
+    """Return a saved table; it may have more columns than the one that it is like.
 
     Raises
     ------
     PolicyError
         If an array is missing, of another shape, or holds what is no number.
     """
+    rows, columns, outcomes = like.residual.shape
+    saved = arrays.get("residual")
+    if saved is not None and saved.ndim == 3:
+        columns = max(columns, saved.shape[1])
+    like = make_outcome_table(rows, columns, outcomes)
     return OutcomeTable(
         *(
             saved_array(arrays, name, array.shape, array.dtype).copy()

@@ -230,6 +230,16 @@ def test_lanes_treated_in_ways_it_does_not_know():
         controller.begin(Situation(grid(2, 2), CLEARANCE, stream(0)))
 
 
+def test_a_table_that_knows_more_ways_is_loaded():
+    made = scenario("grid:2x2", horizon_s=600, timing=CLEARANCE)
+    old, new = lookahead(), begun(grid(1, 1))
+    run(old, made)
+    new.restore(old.arrays())
+    new.decide(observation(1, phase=-1), None)
+    assert new.memory_use().long_term_entries == old.memory_use().long_term_entries
+    assert run(new, made, seed=1) == run(old, made, seed=1)
+
+
 def test_residuals_that_are_no_number_stop_the_run():
     controller = begun()
     asked = controller.decide(observation(1, phase=-1), None)[0]
