@@ -20,7 +20,7 @@ RUNS = {
     "grid:3x3": ("grid:3x3", SignalTiming(), {}),
     "grid:3x3, clearance": ("grid:3x3", SignalTiming(clearance_s=3, startup_lost_s=1), {}),
     "grid:3x3, no announcements": ("grid:3x3", SignalTiming(), {"expected": 0.0, "wave": 0.0}),
-    "grid:3x3, no evidence": ("grid:3x3", SignalTiming(), {"evidence": 0.5}),
+    "grid:3x3, evidence": ("grid:3x3", SignalTiming(), {"evidence": 0.5}),
 }
 SEED = 1
 

@@ -124,7 +124,9 @@ def city_folder(data: Path | None) -> Path:
 
 
 def city_cells(data: Path) -> tuple[str, ...]:
-    """Return the names of all cells in a folder of data: every flow of every city (ours).
+    """Return the names of the cells in a folder of data: every city with its first flow (ours).
+
+    The first is that with whose name those of all others begin, or the first by name.
 
     Raises
     ------
@@ -135,9 +137,9 @@ def city_cells(data: Path) -> tuple[str, ...]:
     found = []
     for city in sorted(path.parent for path in folder.glob("*/roadnet*.json")):
         flows = sorted(path.stem for path in city.glob("*.json") if _is_flow(path))
-        for stem in flows:
-            first = all(other.startswith(stem) for other in flows)
-            found.append(f"{CITY}{city.name}" + ("" if first else f"#{stem}.json"))
+        if flows:
+            alone = all(other.startswith(flows[0]) for other in flows)
+            found.append(f"{CITY}{city.name}" + ("" if alone else f"#{flows[0]}.json"))
     if not found:
         raise InputError(
             "it holds no city",

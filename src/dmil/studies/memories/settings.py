@@ -29,7 +29,7 @@ class MemoriesStudySettings(BaseModel):
     cells: tuple[str, ...] = Field(
         (),
         description="Networks with demand, as in grid:5x5*3 (three times the vehicles) or "
-        "cityflow:jinan_3x4; by default ten on grids and all flows in the folder of data.",
+        "cityflow:jinan_3x4; by default ten on grids and every city in the folder of data.",
     )
     data: Path | None = Field(
         None,
