@@ -5,12 +5,13 @@ PYTHON ?= python3
 BIN := .venv/bin
 STUDY ?= study
 ROADS ?= resco
+MEMORIES ?= memories
 
 .DEFAULT_GOAL := help
-.PHONY: help study resco test check lint bench clean
+.PHONY: help study resco memories test check lint bench clean
 
 help: ## Show the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-7s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-8s %s\n", $$1, $$2}' Makefile
 
 study: .venv/run.stamp ## Run the paper's study and write its report
 	@$(BIN)/dmil study paper --out $(STUDY)
@@ -18,6 +19,9 @@ study: .venv/run.stamp ## Run the paper's study and write its report
 
 resco: .venv/dev.stamp ## Run the study on the RESCO benchmark in SUMO (half an hour on two cores)
 	@$(BIN)/dmil study resco --out $(ROADS)
+
+memories: .venv/dev.stamp ## Run the study of memories, deep rivals too (an hour or two on two cores)
+	@$(BIN)/dmil study memories --out $(MEMORIES)
 
 test: .venv/dev.stamp ## Run the tests; at least 90 % of the lines must be covered
 	@$(BIN)/coverage erase
