@@ -19,8 +19,8 @@ knows all arrivals, and runs on one intersection only: the limit there."""
 CITY = "cityflow:"
 
 _SHORT = {
-    "approaching=true": "approaching",
-    "embedding=complex": "complex classes",
+    "approaching=true": " + approaching",
+    "embedding=complex": ", complex classes",
 }
 _CONTROLLERS = {
     "longest-queue-first": "longest queue",
@@ -61,5 +61,5 @@ def controller_name(label: str) -> str:
     """Return a controller as a reader should see it: "longest queue + approaching" (ours)."""
     name, *options = label.split(",")
     shown = name.upper() if name in _UPPER else _CONTROLLERS.get(name, name)
-    parts = [_SHORT.get(option, option.replace("epsilon=0.", "ε .")) for option in options]
-    return ", ".join([shown, *parts]).replace(", approaching", " + approaching")
+    parts = [_SHORT.get(each, ", " + each.replace("epsilon=0.", "ε .")) for each in options]
+    return "".join([shown, *parts])
