@@ -30,6 +30,8 @@ COMMANDS = [
 # These come after the README's own options and win: the same commands, only shorter.
 SHORTER = {
     ("study", "resco"): ("--seeds", "1", "--episodes", "1", "--steps", "300"),
+    ("study", "memories"): ("--cells", "grid:1x1", "--no-deep", "--seeds", "2", "--steps", "300"),
+    ("tune",): ("--steps", "300", "--budget", "200"),
     ("evaluate",): ("--seeds", "2"),
     ("train",): ("--episodes", "2"),
 }
@@ -42,7 +44,7 @@ def shorter(command):
 
 def test_the_readme_has_commands():
     ours = {"doctor", "calibrate", "train", "evaluate", "export"}
-    assert ours | {"simulate", "study", "theory", "controllers"} == {
+    assert ours | {"simulate", "study", "theory", "controllers", "tune"} == {
         command[0] for command in COMMANDS
     }
 
