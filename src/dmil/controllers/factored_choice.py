@@ -2,22 +2,11 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from dmil.compilation import kernel
-from dmil.controllers.factored_state import (
-    ARRIVALS,
-    PARTLY,
-    QUEUE_BIN,
-    RATE_EDGES_VEH,
-    RATES,
-    RED,
-    IntArray,
-    Scratch,
-    Seen,
-    ShortTerm,
-    Weights,
-)
 from dmil.controllers.lane_groups import NOWHERE, LaneGroups
 from dmil.controllers.lane_sight import (
     announce,
@@ -31,12 +20,45 @@ from dmil.controllers.lane_sight import (
     note_treatment,
     served_wholly,
 )
+from dmil.controllers.lane_state import (
+    ARRIVALS,
+    PARTLY,
+    QUEUE_BIN,
+    QUEUES,
+    RED,
+    IntArray,
+    Scratch,
+    Seen,
+    ShortTerm,
+    Single,
+)
 from dmil.memory.factored import FactoredTable, learn_part, surely
 
+RATE_EDGES_VEH = (0.15, 0.4, 0.8, 1.5, 3.0)
+"""Arrival rates between these have a row of their own."""
+RATES = len(RATE_EDGES_VEH) + 1
+ROWS = QUEUES * ARRIVALS * RATES
 NOT_LEARNED_FROM_VEH = 20.0
 """Longest queue that is learned from: beyond, the prior's line goes on with the last residual."""
 TIE = 1e-5
 """Sums of 32-bit numbers that ought to be equal differ by less."""
+
+
+class Weights(NamedTuple):
+    """Numbers of `FactoredSettings` and of signal timing for the kernel."""
+
+    vehicle: float
+    expected: float
+    wave: float
+    after_switch: float
+    discount: float
+    trust: float
+    trust_veh: float
+    evidence: float
+    rate_step: float
+    use_approaching: bool
+    use_rates: bool
+    learns: bool
 
 
 @kernel
@@ -47,6 +69,7 @@ def decide(
     short: ShortTerm,
     seen: Seen,
     scratch: Scratch,
+    sure: Single,
     phases: IntArray,
 ) -> None:
     """Choose all phases and learn from the last choice.
@@ -59,12 +82,14 @@ def decide(
     ----------
     groups, weights, table, short, seen, scratch
         See there; table, short-term memory and scratch change in place.
+    sure: (rows, columns) float32
+        Filled with what is sure of what was learned: how much more a treatment is than red.
     phases: (intersections,) int32
         Filled with the choice.
     """
-    for row in range(scratch.sure.shape[0]):
-        for treatment in range(1, scratch.sure.shape[1]):
-            scratch.sure[row, treatment] = surely(table, row, treatment, RED, weights.evidence)
+    for row in range(sure.shape[0]):
+        for treatment in range(1, sure.shape[1]):
+            sure[row, treatment] = surely(table, row, treatment, RED, weights.evidence)
     note_shown(groups, seen, scratch)
     look(groups, weights.use_approaching, seen, scratch)
     if not seen.first:
@@ -73,20 +98,22 @@ def decide(
             groups, weights.use_approaching, weights.after_switch, weights.rate_step, short, scratch
         )
     expect_by_rate(groups, weights.expected, short, scratch)
-    _weigh(groups, weights, short, scratch)
-    _choose(groups, weights, seen, scratch, phases)
+    _weigh(groups, weights, short, scratch, sure)
+    _choose(groups, weights, seen, scratch, sure, phases)
     if weights.expected > 0.0 or weights.wave > 0.0:
         announce(groups, weights.use_approaching, seen, scratch, phases)
         expect_announced(groups, weights.expected, short, scratch)
-        _weigh(groups, weights, short, scratch)
+        _weigh(groups, weights, short, scratch, sure)
         _add_wave(groups, weights, scratch)
-        _choose(groups, weights, seen, scratch, phases)
+        _choose(groups, weights, seen, scratch, sure, phases)
     note_treatment(groups, weights.after_switch, scratch, phases)
     _learn(groups, weights, table, short, seen, scratch)
 
 
 @kernel
-def _weigh(groups: LaneGroups, weights: Weights, short: ShortTerm, scratch: Scratch) -> None:
+def _weigh(
+    groups: LaneGroups, weights: Weights, short: ShortTerm, scratch: Scratch, sure: Single
+) -> None:
     """Find the rows of all groups, and what each gains from green."""
     for g in range(groups.lanes.shape[0]):
         queue_veh, expected_veh = scratch.queue_veh[g], scratch.expected_veh[g]
@@ -95,7 +122,7 @@ def _weigh(groups: LaneGroups, weights: Weights, short: ShortTerm, scratch: Scra
         scratch.row[g] = row
         scratch.wave[g] = 0.0
         scratch.gain[g] = groups.lanes[g] * _advantage(
-            weights, queue_veh + expected_veh, scratch.sure[row, treatment], treatment
+            weights, queue_veh + expected_veh, sure[row, treatment], treatment
         )
 
 
@@ -121,7 +148,12 @@ def _advantage(weights: Weights, waiting_veh: float, learned: float, treatment: 
 
 @kernel
 def _choose(
-    groups: LaneGroups, weights: Weights, seen: Seen, scratch: Scratch, phases: IntArray
+    groups: LaneGroups,
+    weights: Weights,
+    seen: Seen,
+    scratch: Scratch,
+    sure: Single,
+    phases: IntArray,
 ) -> None:
     """Choose for every intersection the phase with the highest sum of gains."""
     for i in range(phases.shape[0]):
@@ -135,7 +167,7 @@ def _choose(
                 gain = float(scratch.gain[g])
                 if groups.partly[place]:
                     waiting_veh = scratch.queue_veh[g] + scratch.expected_veh[g]
-                    learned = scratch.sure[scratch.row[g], PARTLY]
+                    learned = sure[scratch.row[g], PARTLY]
                     gain = groups.lanes[g] * _advantage(weights, waiting_veh, learned, PARTLY)
                     gain += scratch.wave[g]
                 total += gain

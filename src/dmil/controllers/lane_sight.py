@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from dmil.compilation import kernel
-from dmil.controllers.factored_state import (
+from dmil.controllers.lane_groups import NOWHERE, LaneGroups
+from dmil.controllers.lane_state import (
     KEPT,
     PARTLY,
     RED,
@@ -18,7 +19,6 @@ from dmil.controllers.factored_state import (
     Seen,
     ShortTerm,
 )
-from dmil.controllers.lane_groups import NOWHERE, LaneGroups
 
 SMALLEST_RATE_VEH = 0.05
 """Added to the rate of every lane group when inflow is divided: no group gets none for ever."""

@@ -7,24 +7,11 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from dmil.controllers.factored_state import (
-    ARRIVALS,
-    KEPT,
-    PARTLY,
-    QUEUES,
-    SWITCHED,
-    Scratch,
-    Seen,
-    ShortTerm,
-)
-from dmil.controllers.lane_groups import lane_groups
+from dmil.controllers.lane_memory import LaneMemory
+from dmil.controllers.lane_state import ARRIVALS, QUEUES, Seen
 from dmil.controllers.lookahead_choice import OUTCOMES, Outlook, Plans, decide
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
-from dmil.errors import DivergedError, PolicyError
+from dmil.controllers.protocol import Arrays, IntArray
 from dmil.memory.outcomes import OutcomeTable, make_outcome_table, restored_outcomes
-from dmil.simulation import Observation
-
-SOURCES = ("learned", "lane model")
 
 
 class LookaheadSettings(BaseModel):
@@ -99,12 +86,12 @@ class LookaheadSettings(BaseModel):
     )
 
 
-class LookaheadController:
+class LookaheadController(LaneMemory[OutcomeTable]):
     """Chooses the first of the two phases that cost least together.
 
     See docs/controllers/lookahead.md. Its memory is one table at the central unit, of what a simple
     lane model misses, which every intersection writes at every decision; and each lane's arrival
-    rate. It learns from what is seen of lanes, not from the reward of the run.
+    rate.
 
     Parameters
     ----------
@@ -112,22 +99,21 @@ class LookaheadController:
         See `LookaheadSettings`.
     """
 
+    name = "lookahead"
+    sources = ("learned", "lane model")
+
     def __init__(self, settings: LookaheadSettings | None = None) -> None:
+        super().__init__()
         self.settings = settings or LookaheadSettings()
-        self._table: OutcomeTable | None = None
-        self._lookups = np.zeros(len(SOURCES), np.int64)
 
-    def begin(self, situation: Situation) -> None:
-        """Forget the arrivals of the last run; the table stays, on whatever network.
+    def _new_table(self, columns: int) -> OutcomeTable:
+        return make_outcome_table(QUEUES * ARRIVALS, columns, OUTCOMES)
 
-        Raises
-        ------
-        PolicyError
-            If lanes are treated in ways here that the table does not know.
-        """
-        settings, timing = self.settings, situation.timing
-        self._groups = groups = lane_groups(situation)
-        lost_s = timing.clearance_s + timing.startup_lost_s
+    def _restored(self, arrays: Arrays) -> OutcomeTable:
+        return restored_outcomes(arrays, self.table)
+
+    def _prepare(self, after_switch: float) -> None:
+        settings, count = self.settings, self._groups.lanes.size
         self._outlook = Outlook(
             discount=settings.discount,
             terminal=settings.terminal,
@@ -140,76 +126,18 @@ class LookaheadController:
             trust=settings.trust,
             queue_trust=settings.queue_trust,
             rate_step=settings.rate_step,
-            after_switch=max(0.0, 1.0 - lost_s / timing.decision_interval_s),
+            after_switch=after_switch,
             use_approaching=settings.approaching,
             learns=settings.learning,
         )
-        count, links = groups.lanes.size, groups.unseen.size
-        in_part = bool(groups.partly.any())
-        effects = 3 if in_part else 2
-        self._short = ShortTerm(
-            rate_veh=np.full(count, 0.5, np.float32),
-            rated=np.zeros(count, np.float32),
-            queue_veh=np.zeros(count, np.float32),
-            expected_veh=np.zeros(count, np.float32),
-            row=np.zeros(count, np.int16),
-            treatment=np.zeros(count, np.int8),
-        )
-        self._scratch = Scratch(
-            queue_veh=np.zeros(count, np.float32),
-            expected_veh=np.zeros(count, np.float32),
-            waiting_veh=np.zeros(count, np.float32),
-            row=np.zeros(0, np.int16),
-            shown=np.zeros(count, np.int8),
-            treatment=np.zeros(count, np.int8),
-            gain=np.zeros(0, np.float32),
-            wave=np.zeros(count, np.float32),
-            link_rate_veh=np.zeros(links, np.float32),
-            inflow_veh=np.zeros(links, np.float32),
-            green=np.zeros(links, np.float32),
-            sure=np.zeros((0, 0), np.float32),
-            lookups=self._lookups,
-        )
+        effects = 3 if self._groups.partly.any() else 2
         self._plans = Plans(
             cost=np.zeros((count, effects, effects)),
             effect=np.zeros(count, np.int8),
             known_veh=np.zeros(count, np.float32),
         )
-        self._asked: IntArray | None = None
-        columns = 1 + (PARTLY if in_part else SWITCHED if lost_s else KEPT)
-        if self._table is None:
-            self._table = make_outcome_table(QUEUES * ARRIVALS, columns, OUTCOMES)
-        elif self._table.times.shape[1] < columns:
-            raise PolicyError(
-                f"it knows {self._table.times.shape[1]} of {columns} ways to treat a lane",
-                where=f"model memory on network '{situation.network.name}'",
-                expected="a memory that has learned where signals lose time as here",
-                mend="train it on this network, with its signal timing",
-            )
 
-    @property
-    def table(self) -> OutcomeTable:
-        """What was learned."""
-        assert self._table is not None, "begin comes before anything else"
-        return self._table
-
-    def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
-        """Choose all phases, neighbours announcing theirs, and learn from the last interval.
-
-        Raises
-        ------
-        DivergedError
-            If what was learned is not a number.
-        """
-        phases = np.empty(observation.phase.size, np.int32)
-        seen = Seen(
-            queue_veh=observation.queue_veh.ravel(),
-            approaching_veh=observation.approaching_veh.ravel(),
-            waiting_veh=observation.waiting_veh.ravel(),
-            shown=observation.phase,
-            asked=observation.phase if self._asked is None else self._asked,
-            first=self._asked is None,
-        )
+    def _choose(self, seen: Seen, phases: IntArray) -> None:
         decide(
             self._groups,
             self._outlook,
@@ -220,39 +148,3 @@ class LookaheadController:
             self._plans,
             phases,
         )
-        if not np.isfinite(self.table.residual).all():
-            raise DivergedError("lookahead", "residuals of lanes", observation.time_s)
-        self._asked = phases
-        return phases.copy()
-
-    def lookups(self) -> dict[str, int]:
-        """Return how often a lane's entry had been learned, and how often only the model spoke."""
-        return dict(zip(SOURCES, self._lookups.tolist(), strict=True))
-
-    def memory_use(self) -> MemoryUse:
-        """Return how much is remembered now; an entry is what two numbers miss, with its count."""
-        agents = self._groups.group_offset.size - 1
-        short = sum(array.nbytes for array in self._short)
-        entries = self.table.entries
-        return MemoryUse(
-            short_term_entries=self._groups.lanes.size / agents,
-            long_term_entries=float(entries),
-            table_entries=0.0,
-            msize=float(entries),
-            entries_total=entries + self._groups.lanes.size,
-            bytes_total=self.table.bytes_total + short,
-        )
-
-    def arrays(self) -> Arrays:
-        """Return the table."""
-        return {name: array.copy() for name, array in self.table._asdict().items()}
-
-    def restore(self, arrays: Arrays) -> None:
-        """Replace the table.
-
-        Raises
-        ------
-        PolicyError
-            If the arrays are not those of such a table.
-        """
-        self._table = restored_outcomes(arrays, self.table)

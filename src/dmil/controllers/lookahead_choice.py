@@ -8,18 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.compilation import kernel
-from dmil.controllers.factored_state import (
-    ARRIVALS,
-    KEPT,
-    PARTLY,
-    QUEUE_BIN,
-    RED,
-    IntArray,
-    Scratch,
-    Seen,
-    ShortTerm,
-    Single,
-)
 from dmil.controllers.lane_groups import NOWHERE, LaneGroups
 from dmil.controllers.lane_sight import (
     announce,
@@ -31,6 +19,18 @@ from dmil.controllers.lane_sight import (
     note_shown,
     note_treatment,
     served_wholly,
+)
+from dmil.controllers.lane_state import (
+    ARRIVALS,
+    KEPT,
+    PARTLY,
+    QUEUE_BIN,
+    RED,
+    IntArray,
+    Scratch,
+    Seen,
+    ShortTerm,
+    Single,
 )
 from dmil.memory.outcomes import OutcomeTable, believed, count_outcome, learn_outcome
 

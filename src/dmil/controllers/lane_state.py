@@ -1,4 +1,4 @@
-"""What the factored memory's decision works on: bins, weights, short-term memory, scratch."""
+"""What memories of lanes work on: treatments, bins, short-term memory, observation, scratch."""
 
 from __future__ import annotations
 
@@ -15,28 +15,9 @@ Single = npt.NDArray[np.float32]
 RED, KEPT, SWITCHED, PARTLY = range(4)
 """Columns of the table: how a lane is treated in a decision interval."""
 
-QUEUES, ARRIVALS, RATES = 12, 4, 6
-"""Bins of a row: {0…8, 9–10, 11–14, 15+}, {0, 1, 2, 3+}, and between the edges of RATE_EDGES."""
-ROWS = QUEUES * ARRIVALS * RATES
+QUEUES, ARRIVALS = 12, 4
+"""Bins of vehicles queued, {0…8, 9–10, 11–14, 15+}, and expected, {0, 1, 2, 3+}."""
 QUEUE_BIN = np.array([*range(9), 9, 9, 10, 10, 10, 10, 11])
-RATE_EDGES_VEH = (0.15, 0.4, 0.8, 1.5, 3.0)
-
-
-class Weights(NamedTuple):
-    """Numbers of `FactoredSettings` and of signal timing for the kernel."""
-
-    vehicle: float
-    expected: float
-    wave: float
-    after_switch: float
-    discount: float
-    trust: float
-    trust_veh: float
-    evidence: float
-    rate_step: float
-    use_approaching: bool
-    use_rates: bool
-    learns: bool
 
 
 class ShortTerm(NamedTuple):
@@ -99,8 +80,6 @@ class Scratch(NamedTuple):
     wave: float32
         What of that is for green ahead.
     link_rate_veh, inflow_veh, green: (links,) float32
-    sure: (rows, columns) float32
-        What is sure of what was learned: how much more a treatment is than red.
     lookups: (2,) int64
         Entries asked for that had been learned, and that had not.
     """
@@ -116,5 +95,4 @@ class Scratch(NamedTuple):
     link_rate_veh: Single
     inflow_veh: Single
     green: Single
-    sure: Single
     lookups: npt.NDArray[np.int64]
