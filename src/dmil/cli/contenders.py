@@ -10,7 +10,7 @@ from dmil.cli.choices import accepted
 from dmil.cli.terminal import say
 from dmil.controllers import CONTROLLERS
 from dmil.controllers.variants import parse_variant
-from dmil.errors import InputError
+from dmil.errors import InputError, unknown_name
 from dmil.rewards import make_reward
 from dmil.studies.comparison import REFERENCE, Contender
 from dmil.studies.tuning import load_tuned
@@ -35,7 +35,7 @@ def contenders_of(settings: EvaluateParameters, policies: list[Policy]) -> list[
     Raises
     ------
     InputError
-        A tuned file or the reference cannot be used.
+        There is no such controller, or a tuned file or the reference cannot be used.
     """
     made: dict[str, Contender] = {}
 
@@ -51,6 +51,8 @@ def contenders_of(settings: EvaluateParameters, policies: list[Policy]) -> list[
         options = accepted(policy.controller, mode) | settings.changes
         add(path.name, options=json.dumps(options), policy=str(path), reward=policy.reward)
     for choice in settings.controller:
+        if ":" not in choice.name and choice.name not in CONTROLLERS:
+            raise unknown_name("controller", choice.name, CONTROLLERS)
         # What freezes a learner goes over its defaults, not over what somebody asked for.
         frozen = choice.options | _untrained(choice.name, mode)
         options = frozen | choice.changed | settings.changes
