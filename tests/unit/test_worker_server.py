@@ -12,6 +12,8 @@ start_worker_server("slow_to_import")
 while not pathlib.Path("begun").exists():
     time.sleep(0.01)
 os.killpg(0, signal.SIGINT)
+# The signal may take a moment: the program must not be over before.
+time.sleep(10)
 """
 MODULE = """
 import pathlib, time
