@@ -8,6 +8,8 @@ PROGRAM = """
 import os, pathlib, signal, time
 from dmil.worker_server import start_worker_server
 
+# Who starts tests in the background may have them ignore the signal.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 start_worker_server("slow_to_import")
 while not pathlib.Path("begun").exists():
     time.sleep(0.01)
