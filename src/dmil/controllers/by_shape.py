@@ -7,9 +7,9 @@ served, so no choice depends on them.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Protocol
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.compilation import kernel
 from dmil.controllers.agents import Agents, agents_of
@@ -26,32 +26,31 @@ LARGEST_VEH = 4095
 """Counts above are taken for this: squares of sums up to it are whole in 32-bit floats."""
 
 
-class SharedSettings(Protocol):
-    """The settings that all of these learners have."""
+class SharedSettings(BaseModel):
+    """What all of these learners are told."""
 
-    @property
-    def approaching(self) -> bool:
-        """Whether the vehicles that approach are part of the state."""
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
-    @property
-    def epsilon_first(self) -> float:
-        """ε at the first decision."""
-
-    @property
-    def epsilon_last(self) -> float:
-        """ε in the end."""
-
-    @property
-    def exploration_part(self) -> float:
-        """Part of the training in which ε falls."""
-
-    @property
-    def training_decisions(self) -> int:
-        """Decisions of the training."""
-
-    @property
-    def learning(self) -> bool:
-        """Whether it explores and learns."""
+    approaching: bool = Field(
+        default=False, description="Whether the vehicles that approach are part of the state, too."
+    )
+    training_decisions: int = Field(
+        default=3600,
+        ge=1,
+        description="Decisions that training is planned to take, which the schedules are parts of: "
+        "by default 10 episodes of an hour, decisions every 10 s.",
+    )
+    epsilon_first: float = Field(
+        default=1.0, ge=0, le=1, description="ε at the first decision of the training."
+    )
+    epsilon_last: float = Field(default=0.05, ge=0, le=1, description="ε in the end.")
+    exploration_part: float = Field(
+        default=0.2, gt=0, le=1, description="Part of the training in which ε falls, linearly."
+    )
+    learning: bool = Field(
+        default=True,
+        description="Whether it explores and learns; off for a frozen evaluation, greedy.",
+    )
 
 
 class SharedLearner(ABC):

@@ -6,10 +6,10 @@ See docs/controllers/mfec.md.
 from __future__ import annotations
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from dmil.compilation import kernel
-from dmil.controllers.by_shape import SharedLearner, as_keys
+from dmil.controllers.by_shape import SharedLearner, SharedSettings, as_keys
 from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
 from dmil.controllers.returns import ReturnWindow, best_tried
 from dmil.errors import DivergedError
@@ -28,14 +28,9 @@ from dmil.simulation import Observation
 SOURCES = ("exact", "neighbours", "untried")
 
 
-class MfecSettings(BaseModel):
+class MfecSettings(SharedSettings):
     """Model-free episodic control."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    approaching: bool = Field(
-        default=False, description="Whether the vehicles that approach are part of the state, too."
-    )
     discount: float = Field(default=0.95, ge=0, lt=1, description="γ.")
     steps: int = Field(
         default=20, ge=1, description="n: decisions that a return is taken over; no episodes end."
@@ -52,23 +47,6 @@ class MfecSettings(BaseModel):
         default=10_000,
         ge=1,
         description="Entries per phase and shape; the least recently used one leaves.",
-    )
-    training_decisions: int = Field(
-        default=3600,
-        ge=1,
-        description="Decisions that training is planned to take: by default 10 episodes of an "
-        "hour, decisions every 10 s.",
-    )
-    epsilon_first: float = Field(
-        default=1.0, ge=0, le=1, description="ε at the first decision of the training."
-    )
-    epsilon_last: float = Field(default=0.05, ge=0, le=1, description="ε in the end.")
-    exploration_part: float = Field(
-        default=0.2, gt=0, le=1, description="Part of the training in which ε falls, linearly."
-    )
-    learning: bool = Field(
-        default=True,
-        description="Whether it explores and learns; off for a frozen evaluation, greedy.",
     )
 
 

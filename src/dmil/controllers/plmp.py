@@ -9,11 +9,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from dmil.compilation import kernel
 from dmil.controllers.announcements import Announcements
-from dmil.controllers.by_shape import SharedLearner
+from dmil.controllers.by_shape import SharedLearner, SharedSettings
 from dmil.controllers.choice import DRAWS, explores, greedy_action, uniform_action
 from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
 from dmil.errors import DivergedError
@@ -36,15 +36,9 @@ FIRST_CAPACITY = 64
 SOURCES = ("pattern", "prediction", "unseen")
 
 
-class PlmpSettings(BaseModel):
+class PlmpSettings(SharedSettings):
     """Pattern learning with memory and prediction."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    approaching: bool = Field(
-        default=False,
-        description="Whether the vehicles that approach are part of the pattern, too.",
-    )
     reach: int = Field(
         default=1,
         ge=0,
@@ -58,23 +52,6 @@ class PlmpSettings(BaseModel):
     discount: float = Field(default=0.95, ge=0, lt=1, description="γ.")
     capacity: int = Field(
         default=10_000, ge=1, description="Most classes per shape; then no new ones are made."
-    )
-    training_decisions: int = Field(
-        default=3600,
-        ge=1,
-        description="Decisions that training is planned to take: by default 10 episodes of an "
-        "hour, decisions every 10 s.",
-    )
-    epsilon_first: float = Field(
-        default=1.0, ge=0, le=1, description="ε at the first decision of the training."
-    )
-    epsilon_last: float = Field(default=0.05, ge=0, le=1, description="ε in the end.")
-    exploration_part: float = Field(
-        default=0.2, gt=0, le=1, description="Part of the training in which ε falls, linearly."
-    )
-    learning: bool = Field(
-        default=True,
-        description="Whether it explores and learns; off for a frozen evaluation, greedy.",
     )
 
 

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from dmil.controllers.by_shape import SharedSettings
 
 
-class DeepSettings(BaseModel):
+class DeepSettings(SharedSettings):
     """What all deep controllers share."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    approaching: bool = Field(
-        default=False, description="Whether the vehicles that approach are inputs, too."
-    )
     phase: bool = Field(
         default=False, description="Whether the phase shown is an input, one per phase."
     )
@@ -34,23 +31,6 @@ class DeepSettings(BaseModel):
     )
     train_every: int = Field(
         default=1, ge=1, description="Decisions, each of all intersections, per update."
-    )
-    training_decisions: int = Field(
-        default=3600,
-        ge=1,
-        description="Decisions that training is planned to take, which the schedules are parts of: "
-        "by default 10 episodes of an hour, decisions every 10 s.",
-    )
-    epsilon_first: float = Field(
-        default=1.0, ge=0, le=1, description="ε at the first decision of the training."
-    )
-    epsilon_last: float = Field(default=0.05, ge=0, le=1, description="ε in the end.")
-    exploration_part: float = Field(
-        default=0.2, gt=0, le=1, description="Part of the training in which ε falls, linearly."
-    )
-    learning: bool = Field(
-        default=True,
-        description="Whether it explores and learns; off for a frozen evaluation, greedy.",
     )
 
 
