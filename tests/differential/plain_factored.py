@@ -6,9 +6,9 @@ import numpy as np
 
 RED, KEPT, SWITCHED, PARTLY = range(4)
 QUEUE_BINS = [*range(9), 9, 11, 15]
-RATE_EDGES = (0.15, 0.4, 0.8, 1.5, 3.0)
 SINGLE = np.float32
-TIE = 1e-5
+RATE_EDGES = tuple(SINGLE(edge) for edge in (0.15, 0.4, 0.8, 1.5, 3.0))
+TIE = 2e-4
 DEFAULTS = {
     "approaching": True,
     "rates": True,
@@ -135,21 +135,22 @@ class PlainFactored:
         if self.asked is None:
             return
         _, treated, before, foreseen = group.last
-        grown = float(group.queue) - float(before)
-        discharged = self.flow_veh * (self.after_switch if treated == SWITCHED else 1.0)
+        # In 32 bits as the kernel: means of a few counts lie on the edges of rows.
+        grown = group.queue - before
+        discharged = SINGLE(self.after_switch if treated == SWITCHED else 1) * SINGLE(self.flow_veh)
         if self.options["approaching"] and self.unseen(group.link) == 0:
-            joined = float(foreseen)
+            joined = foreseen
         elif seen.phase[i] != self.asked[i]:
             return
         elif treated == RED:
-            joined = max(0.0, grown)
+            joined = max(SINGLE(0), grown)
         elif treated != PARTLY and group.queue > 0:
-            joined = max(0.0, grown + discharged)
+            joined = max(SINGLE(0), grown + discharged)
         else:
             return
         group.rated += 1
-        step = max(self.options["rate_step"], 1 / (1 + group.rated))
-        group.rate += SINGLE(step * (joined - float(group.rate)))
+        step = max(SINGLE(self.options["rate_step"]), SINGLE(1) / SINGLE(1 + group.rated))
+        group.rate += step * (joined - group.rate)
 
     def coverage(self, group, phase):
         """Return whether a phase serves all of a group, some of it or none."""
@@ -165,7 +166,7 @@ class PlainFactored:
         queue = int(float(group.queue) + 0.5)
         queue = sum(queue >= least for least in QUEUE_BINS) - 1
         arrivals = min(3, int(float(group.expected) + 0.5))
-        rate = sum(float(group.rate) > edge for edge in RATE_EDGES) if self.options["rates"] else 0
+        rate = sum(group.rate > edge for edge in RATE_EDGES) if self.options["rates"] else 0
         return 24 * queue + 6 * arrivals + rate
 
     def prior_gain(self, waiting, treatment):
@@ -189,9 +190,12 @@ class PlainFactored:
     def choose(self, shown, green):
         phases = []
         for i, node in enumerate(self.network.intersections):
-            merits = [self.merit(node, phase, green) for phase in node.phases]
-            best = [p for p, merit in enumerate(merits) if merit > max(merits) - TIE]
-            phases.append(shown[i] if shown[i] in best else best[0])
+            best, highest = 0, -math.inf
+            for p, phase in enumerate(node.phases):
+                merit = self.merit(node, phase, green) + 2 * TIE * (p == shown[i])
+                if merit > highest + TIE:
+                    best, highest = p, merit
+            phases.append(best)
         return np.array(phases)
 
     def merit(self, node, phase, green):

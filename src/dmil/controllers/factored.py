@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from dmil.controllers.factored_choice import ROWS, Weights, decide
+from dmil.controllers.factored_choice import ROWS, Weights, decide, make_merits
 from dmil.controllers.lane_memory import LaneMemory
 from dmil.controllers.lane_state import Seen
 from dmil.controllers.protocol import Arrays, IntArray
@@ -93,6 +92,7 @@ class FactoredController(LaneMemory[FactoredTable]):
 
     def _prepare(self, after_switch: float) -> None:
         settings = self.settings
+        self._merits = make_merits(self._groups, self.table.residual.shape[1])
         self._weights = Weights(
             vehicle=settings.vehicle,
             expected=settings.expected,
@@ -109,7 +109,6 @@ class FactoredController(LaneMemory[FactoredTable]):
         )
 
     def _choose(self, seen: Seen, phases: IntArray) -> None:
-        sure = np.zeros_like(self.table.residual)
         decide(
             self._groups,
             self._weights,
@@ -117,6 +116,6 @@ class FactoredController(LaneMemory[FactoredTable]):
             self._short,
             seen,
             self._scratch,
-            sure,
+            self._merits,
             phases,
         )

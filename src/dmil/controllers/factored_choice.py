@@ -7,41 +7,46 @@ from typing import NamedTuple
 import numpy as np
 
 from dmil.compilation import kernel
-from dmil.controllers.lane_groups import NOWHERE, LaneGroups
+from dmil.controllers.lane_groups import Indices, LaneGroups
 from dmil.controllers.lane_sight import (
+    NONE,
+    ONE,
     announce,
     count_arrivals,
     expect_announced,
     expect_by_rate,
+    find_waves,
     forget_overruled,
     green_part,
     look,
     note_shown,
     note_treatment,
     served_wholly,
+    sight_bin,
 )
 from dmil.controllers.lane_state import (
-    ARRIVALS,
     PARTLY,
-    QUEUE_BIN,
-    QUEUES,
     RED,
+    SIGHTS,
+    ByteArray,
     IntArray,
+    Real,
     Scratch,
     Seen,
     ShortTerm,
     Single,
+    Whole,
 )
 from dmil.memory.factored import FactoredTable, learn_part, surely
 
-RATE_EDGES_VEH = (0.15, 0.4, 0.8, 1.5, 3.0)
+RATE_EDGES_VEH = tuple(np.float32(edge) for edge in (0.15, 0.4, 0.8, 1.5, 3.0))
 """Arrival rates between these have a row of their own."""
 RATES = len(RATE_EDGES_VEH) + 1
-ROWS = QUEUES * ARRIVALS * RATES
-NOT_LEARNED_FROM_VEH = 20.0
+ROWS = SIGHTS * RATES
+NOT_LEARNED_FROM_VEH = np.float32(20.0)
 """Longest queue that is learned from: beyond, the prior's line goes on with the last residual."""
-TIE = 1e-5
-"""Sums of 32-bit numbers that ought to be equal differ by less."""
+TIE = np.float32(2e-4)
+"""Sums of 32-bit numbers that ought to be equal differ by less, up to a thousand vehicles."""
 
 
 class Weights(NamedTuple):
@@ -61,6 +66,47 @@ class Weights(NamedTuple):
     learns: bool
 
 
+class Merits(NamedTuple):
+    """Working space of the choice.
+
+    Attributes
+    ----------
+    sure: (rows, columns) float32
+        What is sure of what was learned: how much more a treatment is than red.
+    treatment: (ways, groups) uint8
+        How a group would be treated, served wholly or in part.
+    learned: (groups,) float32
+        What was learned of a group; later the error that is learned from, but for residuals.
+    gain: (ways * groups + 2,) float32
+        What green gains over red, for all lanes of a group; at the end what serving no group gains,
+        and the phase that does not exist.
+    total, highest: (most phases, intersections), (intersections,) float32
+        What a phase gains; the most.
+    """
+
+    sure: Single
+    treatment: ByteArray
+    learned: Single
+    gain: Single
+    total: Single
+    highest: Single
+
+
+def make_merits(groups: LaneGroups, columns: int) -> Merits:
+    """Return working space for a network and so many ways to treat a lane."""
+    count, (_, phases, agents) = groups.lanes.size, groups.options.shape
+    gain = np.zeros(groups.ways * count + 2, np.float32)
+    gain[-1] = -np.inf
+    return Merits(
+        sure=np.zeros((ROWS, columns), np.float32),
+        treatment=np.full((groups.ways, count), PARTLY, np.uint8),
+        learned=np.zeros(count, np.float32),
+        gain=gain,
+        total=np.zeros((phases, agents), np.float32),
+        highest=np.zeros(agents, np.float32),
+    )
+
+
 @kernel
 def decide(
     groups: LaneGroups,
@@ -69,28 +115,27 @@ def decide(
     short: ShortTerm,
     seen: Seen,
     scratch: Scratch,
-    sure: Single,
+    merits: Merits,
     phases: IntArray,
 ) -> None:
     """Choose all phases and learn from the last choice.
 
     Every intersection chooses by what it sees and announces that; then, knowing what its neighbours
-    mean to do, it chooses for good. Each step is a loop over all groups or intersections; what is
-    inside takes numbers only, because calls that pass whole tuples of arrays cost more than work.
+    mean to do, it chooses for good.
 
     Parameters
     ----------
-    groups, weights, table, short, seen, scratch
-        See there; table, short-term memory and scratch change in place.
-    sure: (rows, columns) float32
-        Filled with what is sure of what was learned: how much more a treatment is than red.
+    groups, weights, table, short, seen, scratch, merits
+        See there; table, short-term memory, scratch and merits change in place.
     phases: (intersections,) int32
         Filled with the choice.
     """
-    for row in range(sure.shape[0]):
-        for treatment in range(1, sure.shape[1]):
-            sure[row, treatment] = surely(table, row, treatment, RED, weights.evidence)
+    for row in range(merits.sure.shape[0]):
+        for treatment in range(1, merits.sure.shape[1]):
+            merits.sure[row, treatment] = surely(table, row, treatment, RED, weights.evidence)
     note_shown(groups, seen, scratch)
+    for g in range(scratch.shown.shape[0]):
+        merits.treatment[0, g] = served_wholly(scratch.shown[g], weights.after_switch)
     look(groups, weights.use_approaching, seen, scratch)
     if not seen.first:
         forget_overruled(groups, seen, short)
@@ -98,98 +143,102 @@ def decide(
             groups, weights.use_approaching, weights.after_switch, weights.rate_step, short, scratch
         )
     expect_by_rate(groups, weights.expected, short, scratch)
-    _weigh(groups, weights, short, scratch, sure)
-    _choose(groups, weights, seen, scratch, sure, phases)
+    _weigh(groups, weights, short, scratch, merits)
+    _choose(groups, seen, merits, phases)
     if weights.expected > 0.0 or weights.wave > 0.0:
         announce(groups, weights.use_approaching, seen, scratch, phases)
         expect_announced(groups, weights.expected, short, scratch)
-        _weigh(groups, weights, short, scratch, sure)
-        _add_wave(groups, weights, scratch)
-        _choose(groups, weights, seen, scratch, sure, phases)
+        _weigh(groups, weights, short, scratch, merits)
+        find_waves(groups, weights.vehicle * weights.wave, scratch)
+        _add_waves(groups, scratch, merits)
+        _choose(groups, seen, merits, phases)
     note_treatment(groups, weights.after_switch, scratch, phases)
-    _learn(groups, weights, table, short, seen, scratch)
+    _prepare_errors(weights, short, scratch, merits)
+    _learn(groups, weights, table, short, seen, scratch, merits)
+    _remember(short, scratch)
 
 
 @kernel
 def _weigh(
-    groups: LaneGroups, weights: Weights, short: ShortTerm, scratch: Scratch, sure: Single
+    groups: LaneGroups, weights: Weights, short: ShortTerm, scratch: Scratch, merits: Merits
 ) -> None:
     """Find the rows of all groups, and what each gains from green."""
-    for g in range(groups.lanes.shape[0]):
-        queue_veh, expected_veh = scratch.queue_veh[g], scratch.expected_veh[g]
-        row = _row(queue_veh, expected_veh, short.rate_veh[g] if weights.use_rates else 0.0)
-        treatment = served_wholly(scratch.shown[g], weights.after_switch)
-        scratch.row[g] = row
-        scratch.wave[g] = 0.0
-        scratch.gain[g] = groups.lanes[g] * _advantage(
-            weights, queue_veh + expected_veh, sure[row, treatment], treatment
-        )
+    count, row, learned = groups.lanes.shape[0], scratch.row, merits.learned
+    used = ONE if weights.use_rates else NONE
+    for g in range(count):
+        row[g] = _row(scratch.queue_veh[g], scratch.expected_veh[g], used * short.rate_veh[g])
+    vehicle, after_switch = np.float32(weights.vehicle), np.float32(weights.after_switch)
+    trust, trust_veh = np.float32(weights.trust), np.float32(weights.trust_veh)
+    for way in range(merits.treatment.shape[0]):
+        treatment, gain = merits.treatment[way], merits.gain[way * count : (way + 1) * count]
+        for g in range(count):
+            learned[g] = merits.sure[row[g], treatment[g]]
+        for g in range(count):
+            waiting_veh = scratch.queue_veh[g] + scratch.expected_veh[g]
+            believed = vehicle * waiting_veh * green_part(treatment[g], after_switch)
+            # No further from the prior than is trusted.
+            most = trust * believed + trust_veh
+            gain[g] = groups.lanes[g] * (believed + min(max(learned[g], -most), most))
 
 
 @kernel
-def _row(queue_veh: float, expected_veh: float, rate_veh: float) -> int:
+def _row(queue_veh: Real, expected_veh: Real, rate_veh: Real) -> Whole:
     """Return the row of a lane: queue, expected arrivals, arrival rate."""
-    queue = QUEUE_BIN[min(int(queue_veh + 0.5), QUEUE_BIN.size - 1)]
-    arrivals = min(int(expected_veh + 0.5), ARRIVALS - 1)
-    rate = 0
+    rate = np.int32(0)
     for edge in RATE_EDGES_VEH:
         rate += rate_veh > edge
-    return int((queue * ARRIVALS + arrivals) * RATES + rate)
+    return np.uint16(sight_bin(queue_veh, expected_veh) * RATES + rate)
 
 
 @kernel
-def _advantage(weights: Weights, waiting_veh: float, learned: float, treatment: int) -> float:
-    """Return what green gains over red on a lane, no further from the prior than is trusted."""
-    part = green_part(treatment, weights.after_switch)
-    believed = weights.vehicle * waiting_veh * part
-    most = weights.trust * believed + weights.trust_veh
-    return believed + min(max(learned, -most), most)
-
-
-@kernel
-def _choose(
-    groups: LaneGroups,
-    weights: Weights,
-    seen: Seen,
-    scratch: Scratch,
-    sure: Single,
-    phases: IntArray,
-) -> None:
-    """Choose for every intersection the phase with the highest sum of gains."""
-    for i in range(phases.shape[0]):
-        shown, best, highest = seen.shown[i], 0, -np.inf
-        first = groups.phase_offset[i]
-        for phase in range(first, groups.phase_offset[i + 1]):
-            # Of equally good phases the one shown stays, else the first is taken.
-            total = 2.0 * TIE if phase - first == shown else 0.0
-            for place in range(groups.served_offset[phase], groups.served_offset[phase + 1]):
-                g = groups.served[place]
-                gain = float(scratch.gain[g])
-                if groups.partly[place]:
-                    waiting_veh = scratch.queue_veh[g] + scratch.expected_veh[g]
-                    learned = sure[scratch.row[g], PARTLY]
-                    gain = groups.lanes[g] * _advantage(weights, waiting_veh, learned, PARTLY)
-                    gain += scratch.wave[g]
-                total += gain
-            if total > highest + TIE:
-                best, highest = phase - first, total
-        phases[i] = best
-
-
-@kernel
-def _add_wave(groups: LaneGroups, weights: Weights, scratch: Scratch) -> None:
+def _add_waves(groups: LaneGroups, scratch: Scratch, merits: Merits) -> None:
     """Let green count more for those who will find green ahead when they get there."""
-    for g in range(groups.lanes.shape[0]):
-        if scratch.queue_veh[g] + scratch.expected_veh[g] > 0.0:
-            first, last = groups.slot_offset[g], groups.slot_offset[g + 1]
-            green = 0.0
-            for place in range(first, last):
-                link = groups.ahead[groups.slots[place]]
-                if link != NOWHERE:
-                    green += groups.unseen[link] * scratch.green[link]
-            worth = weights.vehicle * weights.wave * green / (last - first)
-            scratch.wave[g] = groups.lanes[g] * worth
-            scratch.gain[g] += scratch.wave[g]
+    count = groups.lanes.shape[0]
+    for way in range(merits.treatment.shape[0]):
+        gain = merits.gain[way * count : (way + 1) * count]
+        for g in range(count):
+            gain[g] += groups.lanes[g] * scratch.wave[g]
+
+
+@kernel
+def _choose(groups: LaneGroups, seen: Seen, merits: Merits, phases: IntArray) -> None:
+    """Choose for every intersection the phase with the highest sum of gains."""
+    highest, gain = merits.highest, merits.gain
+    for i in range(phases.shape[0]):
+        phases[i] = 0
+        highest[i] = np.float32(-np.inf)
+    for phase in range(groups.options.shape[1]):
+        number, total = np.int32(phase), merits.total[phase]
+        _add_up(groups.options[:, phase], gain, total)
+        for i in range(phases.shape[0]):
+            # Of equally good phases the one shown stays, else the first is taken.
+            gained = total[i] + (TIE + TIE if seen.shown[i] == number else NONE)
+            better = gained > highest[i] + TIE
+            phases[i] = number if better else phases[i]
+            highest[i] = gained if better else highest[i]
+
+
+@kernel
+def _add_up(served: Indices, gain: Single, total: Single) -> None:
+    """Add up what is gained by a phase of every intersection: (groups served, intersections)."""
+    for i in range(total.shape[0]):
+        total[i] = gain[served[0, i]]
+    for k in range(1, served.shape[0]):
+        for i in range(total.shape[0]):
+            total[i] += gain[served[k, i]]
+
+
+@kernel
+def _prepare_errors(weights: Weights, short: ShortTerm, scratch: Scratch, merits: Merits) -> None:
+    """Find the errors of predictions by the prior alone: minus who waits then counts, and now."""
+    vehicle, after_switch = np.float32(weights.vehicle), np.float32(weights.after_switch)
+    discount, error = np.float32(weights.discount), merits.learned
+    for g in range(error.shape[0]):
+        left = vehicle * (ONE - green_part(short.treatment[g], after_switch))
+        error[g] = left * (short.queue_veh[g] + short.expected_veh[g]) - scratch.waiting_veh[g]
+    for g in range(error.shape[0]):
+        left = vehicle * (ONE - green_part(scratch.treatment[g], after_switch))
+        error[g] -= discount * left * (scratch.queue_veh[g] + scratch.expected_veh[g])
 
 
 @kernel
@@ -200,9 +249,10 @@ def _learn(
     short: ShortTerm,
     seen: Seen,
     scratch: Scratch,
+    merits: Merits,
 ) -> None:
-    """Learn from the interval that ended, and keep what the next one will be judged by."""
-    known = 0
+    """Learn from the interval that ended; count entries that were known already."""
+    known, discount = 0, np.float32(weights.discount)
     for i in range(seen.shown.shape[0]):
         # Who was overruled was treated otherwise than his entry says.
         learns = weights.learns and not seen.first and seen.shown[i] == seen.asked[i]
@@ -210,23 +260,22 @@ def _learn(
             row, treatment = scratch.row[g], scratch.treatment[g]
             known += table.times[row, treatment] > 0
             if learns and short.queue_veh[g] <= NOT_LEARNED_FROM_VEH:
-                row_before, treated = short.row[g], short.treatment[g]
-                waited_veh = short.queue_veh[g] + short.expected_veh[g]
-                waiting_veh = scratch.queue_veh[g] + scratch.expected_veh[g]
-                before = _value(weights, table.residual[row_before, treated], waited_veh, treated)
-                after = _value(weights, table.residual[row, treatment], waiting_veh, treatment)
-                error = weights.discount * after - scratch.waiting_veh[g] - before
-                learn_part(table, row_before, treated, error)
-            short.row[g] = row
-            short.treatment[g] = treatment
-            short.queue_veh[g] = scratch.queue_veh[g]
-            short.expected_veh[g] = scratch.expected_veh[g]
+                before, treated = short.row[g], short.treatment[g]
+                after = discount * table.residual[row, treatment]
+                error = merits.learned[g] + after - table.residual[before, treated]
+                learn_part(table, before, treated, error)
     scratch.lookups[0] += known
     scratch.lookups[1] += groups.lanes.shape[0] - known
 
 
 @kernel
-def _value(weights: Weights, residual: float, waiting_veh: float, treatment: int) -> float:
-    """Return what a lane is worth: minus who will wait by the prior, and what was learned."""
-    left = 1.0 - green_part(treatment, weights.after_switch)
-    return residual - weights.vehicle * waiting_veh * left
+def _remember(short: ShortTerm, scratch: Scratch) -> None:
+    """Keep what the next interval will be judged by."""
+    for g in range(short.row.shape[0]):
+        short.row[g] = scratch.row[g]
+    for g in range(short.row.shape[0]):
+        short.treatment[g] = scratch.treatment[g]
+    for g in range(short.row.shape[0]):
+        short.queue_veh[g] = scratch.queue_veh[g]
+    for g in range(short.row.shape[0]):
+        short.expected_veh[g] = scratch.expected_veh[g]

@@ -7,6 +7,7 @@ is what it has of a network: how much of it is green in a phase, whom it feeds a
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -16,11 +17,10 @@ from dmil.controllers.protocol import Situation
 from dmil.network import Intersection, RoadNetwork
 
 IntArray = npt.NDArray[np.int32]
-FloatArray = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.uint32]
+"""Places in other arrays: without a sign, because compiled code then need not ask for it."""
+Single = npt.NDArray[np.float32]
 BoolArray = npt.NDArray[np.bool_]
-
-NOWHERE = -1
-"""Link ahead of a movement that leads out of the network, or to where many ways lead on."""
 
 
 class LaneGroups(NamedTuple):
@@ -35,55 +35,70 @@ class LaneGroups(NamedTuple):
         Where the groups of an intersection begin.
     phase_offset: (intersections + 1,) int32
         Where the phases of an intersection begin.
-    slot_offset: (groups + 1,) int32
+    slot_offset: (groups + 1,) uint32
         Where the movements of a group begin in ``slots``.
-    slots: (movements of all groups,) int32
-    lanes: (groups,) float64
+    slots: (movements of all groups,) uint32
+    lanes: (groups,) float32
         Number of lanes.
-    lane_veh: (groups,) float64
+    lane_veh: (groups,) float32
         Vehicles that a lane discharges in a decision interval of green.
-    link: (groups,) int32
+    link: (groups,) uint32
         Link that they belong to.
-    served_offset: (phases + 1,) int32
+    link_share: (groups,) float32
+        Part of the groups of their link that they are: 1 divided by their number.
+    served_offset: (phases + 1,) uint32
         Where the groups that a phase serves begin in ``served``.
-    served: (groups of all phases,) int32
+    served: (groups of all phases,) uint32
     partly: (groups of all phases,) bool
         Whether the phase serves some movements of the group only.
-    flow_offset: (phases + 1,) int32
+    options: (most groups of a phase, most phases, intersections) uint32
+        The same as a block: group, plus the number of groups where it is served in part, so that
+        it is a place among ``ways * groups`` gains. Where a phase serves fewer groups: the place
+        behind them; where an intersection has fewer phases: the one behind that.
+    flow_offset: (phases + 1,) uint32
         Where the movements that may go in a phase, with and without a signal, begin in ``flows``.
-    flows: (movements of all phases,) int32
+    flows: (movements of all phases,) uint32
         Slots.
-    ahead: (slots,) int32
-        Link of an intersection that a movement leads to, `NOWHERE` if there is none.
-    capacity_veh: (slots,) float64
-        Vehicles that a movement discharges in a decision interval of green; lanes that it shares
-        count in part.
-    links_groups: (links,) float64
-        Number of groups on a link, at least 1.
-    unseen: (links,) float64
+    ahead: (slots,) uint32
+        Link of an intersection that a movement leads to, `links` if it leads out of the network,
+        or to where many ways lead on.
+    in_time_veh: (slots,) float32
+        Vehicles that a movement discharges in a decision interval of green, lanes that it shares
+        counting in part, and that reach the end of the link ahead within it.
+    unseen: (links + 1,) float32
         Part of the decision interval in which vehicles can reach the end of a link that are not on
-        it yet at its beginning.
-    is_fed: (links,) bool
-        Whether vehicles come to it from an intersection.
+        it yet at its beginning; 0 for the link that stands for none.
+    all_seen: (groups,) bool
+        Whether all vehicles that reach its end within the interval are on its link already.
+    unannounced: (groups,) float32
+        Part of the interval in which vehicles can reach its end that are not on its link yet, where
+        no intersection feeds it that could announce them; else 0.
     """
 
     group_offset: IntArray
     phase_offset: IntArray
-    slot_offset: IntArray
-    slots: IntArray
-    lanes: FloatArray
-    lane_veh: FloatArray
-    link: IntArray
-    served_offset: IntArray
-    served: IntArray
+    slot_offset: Indices
+    slots: Indices
+    lanes: Single
+    lane_veh: Single
+    link: Indices
+    link_share: Single
+    served_offset: Indices
+    served: Indices
     partly: BoolArray
-    flow_offset: IntArray
-    flows: IntArray
-    ahead: IntArray
-    capacity_veh: FloatArray
-    links_groups: FloatArray
-    unseen: FloatArray
-    is_fed: BoolArray
+    options: Indices
+    flow_offset: Indices
+    flows: Indices
+    ahead: Indices
+    in_time_veh: Single
+    unseen: Single
+    all_seen: BoolArray
+    unannounced: Single
+
+    @property
+    def ways(self) -> int:
+        """In how many ways phases serve groups: wholly, and where that occurs in part."""
+        return 2 if self.partly.any() else 1
 
 
 def lane_groups(situation: Situation) -> LaneGroups:
@@ -102,7 +117,7 @@ def lane_groups(situation: Situation) -> LaneGroups:
     flows: list[list[int]] = []
     partly: list[bool] = []
     group_offset, phase_offset, lanes, group_link = [0], [0], [], []
-    ahead = np.full(len(network.intersections) * width, NOWHERE, np.int32)
+    ahead = np.full(len(network.intersections) * width, links, np.uint32)
     capacity_veh = np.zeros(ahead.size)
     flow_veh = situation.dynamics.saturation_flow_veh_per_s * interval_s
     to_signals = _ways_to_signals(network)
@@ -125,27 +140,31 @@ def lane_groups(situation: Situation) -> LaneGroups:
             partly += [not phase.issuperset(members[g]) for g in touched]
         group_offset.append(len(groups))
         phase_offset.append(len(served))
-    on_link = np.bincount(group_link, minlength=links)
-    is_fed = np.zeros(links, np.bool_)
-    is_fed[ahead[ahead != NOWHERE]] = True
+    link = np.array(group_link, np.uint32)
+    is_fed = np.zeros(links + 1, np.bool_)
+    is_fed[ahead] = True
+    unseen = np.zeros(links + 1, np.float32)
+    unseen[:links] = np.clip(1.0 - network.free_flow_time_s / interval_s, 0.0, None)
     return LaneGroups(
         group_offset=np.array(group_offset, np.int32),
         phase_offset=np.array(phase_offset, np.int32),
         slot_offset=_offsets(groups),
         slots=_flat(groups),
-        lanes=np.array(lanes, np.float64),
-        lane_veh=np.full(len(lanes), flow_veh),
-        link=np.array(group_link, np.int32),
+        lanes=np.array(lanes, np.float32),
+        lane_veh=np.full(len(lanes), flow_veh, np.float32),
+        link=link,
+        link_share=(1.0 / np.bincount(link)[link]).astype(np.float32),
         served_offset=_offsets(served),
         served=_flat(served),
         partly=np.array(partly, np.bool_),
+        options=_options(phase_offset, served, partly, len(groups)),
         flow_offset=_offsets(flows),
         flows=_flat(flows),
         ahead=ahead,
-        capacity_veh=capacity_veh,
-        links_groups=np.maximum(on_link, 1.0),
-        unseen=np.clip(1.0 - network.free_flow_time_s / interval_s, 0.0, None),
-        is_fed=is_fed,
+        in_time_veh=(capacity_veh * unseen[ahead]).astype(np.float32),
+        unseen=unseen,
+        all_seen=unseen[link] == 0.0,
+        unannounced=np.where(is_fed, np.float32(0.0), unseen)[link],
     )
 
 
@@ -175,7 +194,7 @@ def _users_of_lanes(item: Intersection) -> dict[tuple[str, int], int]:
 def _ways_to_signals(network: RoadNetwork) -> list[int]:
     """Return for every link the link of an intersection that it leads to, itself if it is one.
 
-    Across junctions without signals as long as there is one way only.
+    Across junctions without signals as long as there is one way only, else the number of links.
     """
     index = network.intersection_index
     found = []
@@ -185,7 +204,7 @@ def _ways_to_signals(network: RoadNetwork) -> list[int]:
         while network.links[at].end not in index:
             following = network.successors[at]
             if len(following) != 1 or following[0][0] in passed:
-                at = NOWHERE
+                at = len(network.links)
                 break
             at = following[0][0]
             passed.add(at)
@@ -193,9 +212,30 @@ def _ways_to_signals(network: RoadNetwork) -> list[int]:
     return found
 
 
-def _offsets(parts: Sequence[Sequence[int]]) -> IntArray:
-    return np.cumsum([0, *map(len, parts)], dtype=np.int32)
+def _options(
+    phase_offset: Sequence[int],
+    served: Sequence[Sequence[int]],
+    partly: Sequence[bool],
+    groups: int,
+) -> Indices:
+    """Return what phases serve as a block: see `LaneGroups`."""
+    ways = 2 if any(partly) else 1
+    shape = max(map(len, served)), int(np.diff(phase_offset).max()), len(phase_offset) - 1
+    options = np.full(shape, ways * groups, np.uint32)
+    options[0] = ways * groups + 1
+    in_part = iter(partly)
+    for i, (first, last) in enumerate(pairwise(phase_offset)):
+        for phase in range(first, last):
+            # A phase may serve nobody.
+            options[0, phase - first, i] = ways * groups
+            for k, group in enumerate(served[phase]):
+                options[k, phase - first, i] = group + groups * next(in_part)
+    return options
 
 
-def _flat(parts: Sequence[Sequence[int]]) -> IntArray:
-    return np.array([number for part in parts for number in part], np.int32)
+def _offsets(parts: Sequence[Sequence[int]]) -> Indices:
+    return np.cumsum([0, *map(len, parts)], dtype=np.uint32)
+
+
+def _flat(parts: Sequence[Sequence[int]]) -> Indices:
+    return np.array([number for part in parts for number in part], np.uint32)

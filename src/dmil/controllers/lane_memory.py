@@ -169,8 +169,8 @@ def _short_term(groups: LaneGroups) -> ShortTerm:
         rated=np.zeros(count, np.float32),
         queue_veh=np.zeros(count, np.float32),
         expected_veh=np.zeros(count, np.float32),
-        row=np.zeros(count, np.int16),
-        treatment=np.zeros(count, np.int8),
+        row=np.zeros(count, np.uint16),
+        treatment=np.zeros(count, np.uint8),
     )
 
 
@@ -180,13 +180,13 @@ def _scratch(groups: LaneGroups, lookups: npt.NDArray[np.int64]) -> Scratch:
         queue_veh=np.zeros(count, np.float32),
         expected_veh=np.zeros(count, np.float32),
         waiting_veh=np.zeros(count, np.float32),
-        row=np.zeros(count, np.int16),
-        shown=np.zeros(count, np.int8),
-        treatment=np.zeros(count, np.int8),
-        gain=np.zeros(count, np.float32),
+        row=np.zeros(count, np.uint16),
+        shown=np.zeros(count, np.uint8),
+        treatment=np.zeros(count, np.uint8),
         wave=np.zeros(count, np.float32),
         link_rate_veh=np.zeros(links, np.float32),
         inflow_veh=np.zeros(links, np.float32),
         green=np.zeros(links, np.float32),
+        per_rate=np.zeros(links, np.float32),
         lookups=lookups,
     )

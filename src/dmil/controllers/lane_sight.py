@@ -1,6 +1,8 @@
 """What is seen and expected of every lane group, and how phases treat it; compiled.
 
-What all memories of lanes share. Each step is a loop over all groups or intersections.
+What all memories of lanes share. Each step is a short loop over all groups, links or intersections
+that works on few arrays, in 32 bits and mostly without branches: such loops a compiler turns into
+vector instructions, and a city's arrays outlast the processor's guesses.
 """
 
 from __future__ import annotations
@@ -8,21 +10,25 @@ from __future__ import annotations
 import numpy as np
 
 from dmil.compilation import kernel
-from dmil.controllers.lane_groups import NOWHERE, LaneGroups
+from dmil.controllers.lane_groups import LaneGroups
 from dmil.controllers.lane_state import (
+    ARRIVALS,
     KEPT,
     PARTLY,
     RED,
     SWITCHED,
     IntArray,
+    Real,
     Scratch,
     Seen,
     ShortTerm,
+    Whole,
 )
 
-SMALLEST_RATE_VEH = 0.05
+NONE, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
+SMALLEST_RATE_VEH = np.float32(0.05)
 """Added to the rate of every lane group when inflow is divided: no group gets none for ever."""
-RATED_ENOUGH = 1000.0
+RATED_ENOUGH = np.float32(1000.0)
 """Intervals after which the moving average forgets at its own pace, whatever the step."""
 
 
@@ -52,16 +58,24 @@ def forget_overruled(groups: LaneGroups, seen: Seen, short: ShortTerm) -> None:
 def look(groups: LaneGroups, use_approaching: bool, seen: Seen, scratch: Scratch) -> None:
     """Add up what is seen of every group, per lane."""
     for g in range(groups.lanes.shape[0]):
-        queue, approaching, waiting = 0.0, 0.0, 0.0
+        queue, approaching, waiting = 0, 0, 0.0
         for place in range(groups.slot_offset[g], groups.slot_offset[g + 1]):
             slot = groups.slots[place]
             queue += seen.queue_veh[slot]
             approaching += seen.approaching_veh[slot]
             waiting += seen.waiting_veh[slot]
-        lanes = groups.lanes[g]
-        scratch.queue_veh[g] = queue / lanes
-        scratch.expected_veh[g] = approaching / lanes if use_approaching else 0.0
-        scratch.waiting_veh[g] = waiting / lanes
+        per_lane = ONE / groups.lanes[g]
+        scratch.queue_veh[g] = np.float32(queue) * per_lane
+        scratch.expected_veh[g] = np.float32(approaching * use_approaching) * per_lane
+        scratch.waiting_veh[g] = np.float32(waiting) * per_lane
+
+
+@kernel
+def sight_bin(queue_veh: Real, expected_veh: Real) -> Whole:
+    """Return the bin of what is seen of a lane: see `SIGHTS`."""
+    queue = np.int32(queue_veh + HALF)
+    queue = min(queue, np.int32(8)) + (queue > 8) + (queue > 10) + (queue > 14)
+    return queue * ARRIVALS + min(np.int32(expected_veh + HALF), np.int32(ARRIVALS - 1))
 
 
 @kernel
@@ -78,34 +92,31 @@ def count_arrivals(
     One can where all who join were seen before; on red, where nobody leaves; and on green while a
     queue lasts, which discharges at saturation flow.
     """
+    own_step, after = np.float32(rate_step), np.float32(after_switch)
     for g in range(groups.lanes.shape[0]):
-        treated, queue_veh = short.treatment[g], scratch.queue_veh[g]
-        if use_approaching and groups.unseen[groups.link[g]] == 0.0:
-            joined_veh = float(short.expected_veh[g])
-        elif treated == RED:
-            joined_veh = max(0.0, queue_veh - short.queue_veh[g])
-        elif treated != PARTLY and queue_veh > 0.0:
-            left_veh = green_part(treated, after_switch) * groups.lane_veh[g]
-            joined_veh = max(0.0, queue_veh - short.queue_veh[g] + left_veh)
-        else:
-            continue
-        step = rate_step
-        if short.rated[g] < RATED_ENOUGH:
-            short.rated[g] += np.float32(1.0)
-            step = max(step, 1.0 / (1.0 + short.rated[g]))
-        short.rate_veh[g] += np.float32(step * (joined_veh - short.rate_veh[g]))
+        treated, queue_veh, rate_veh = short.treatment[g], scratch.queue_veh[g], short.rate_veh[g]
+        left_veh = green_part(treated, after) * groups.lane_veh[g]
+        joined_veh = max(NONE, queue_veh - short.queue_veh[g] + left_veh)
+        tells = treated == RED or (treated != PARTLY and queue_veh > NONE)
+        if use_approaching and groups.all_seen[g]:
+            tells, joined_veh = True, short.expected_veh[g]
+        rated = min(short.rated[g] + ONE, RATED_ENOUGH)
+        step = max(own_step, ONE / (ONE + rated))
+        short.rated[g] = rated if tells else short.rated[g]
+        short.rate_veh[g] = rate_veh + (step * (joined_veh - rate_veh) if tells else NONE)
 
 
 @kernel
 def expect_by_rate(groups: LaneGroups, expected: float, short: ShortTerm, scratch: Scratch) -> None:
     """Expect unseen vehicles where no intersection announces them; add up rates by link."""
-    for link in range(groups.unseen.shape[0]):
-        scratch.link_rate_veh[link] = 0.0
+    weight, link_rate_veh = np.float32(expected), scratch.link_rate_veh
+    for link in range(link_rate_veh.shape[0]):
+        link_rate_veh[link] = NONE
     for g in range(groups.lanes.shape[0]):
-        link, rate_veh = groups.link[g], short.rate_veh[g]
-        scratch.link_rate_veh[link] += np.float32(groups.lanes[g] * (rate_veh + SMALLEST_RATE_VEH))
-        if not groups.is_fed[link]:
-            scratch.expected_veh[g] += np.float32(expected * groups.unseen[link] * rate_veh)
+        rate_veh = groups.lanes[g] * (short.rate_veh[g] + SMALLEST_RATE_VEH)
+        link_rate_veh[groups.link[g]] += rate_veh
+    for g in range(groups.lanes.shape[0]):
+        scratch.expected_veh[g] += weight * groups.unannounced[g] * short.rate_veh[g]
 
 
 @kernel
@@ -113,24 +124,20 @@ def announce(
     groups: LaneGroups, use_approaching: bool, seen: Seen, scratch: Scratch, phases: IntArray
 ) -> None:
     """Note on every link how much of its end will be green and who will come in time."""
-    for link in range(groups.unseen.shape[0]):
-        scratch.inflow_veh[link] = 0.0
-        scratch.green[link] = 0.0
+    green, inflow_veh = scratch.green, scratch.inflow_veh
+    for link in range(green.shape[0]):
+        green[link] = NONE
+        inflow_veh[link] = NONE
     for i in range(phases.shape[0]):
         phase = groups.phase_offset[i] + phases[i]
         for place in range(groups.served_offset[phase], groups.served_offset[phase + 1]):
-            link = groups.link[groups.served[place]]
-            part = 0.5 if groups.partly[place] else 1.0
-            scratch.green[link] += np.float32(part / groups.links_groups[link])
+            g = groups.served[place]
+            part = HALF if groups.partly[place] else ONE
+            green[groups.link[g]] += part * groups.link_share[g]
         for place in range(groups.flow_offset[phase], groups.flow_offset[phase + 1]):
             slot = groups.flows[place]
-            link = groups.ahead[slot]
-            if link != NOWHERE and groups.unseen[link] > 0.0:
-                ready_veh = float(seen.queue_veh[slot])
-                if use_approaching:
-                    ready_veh += seen.approaching_veh[slot]
-                in_time_veh = groups.capacity_veh[slot] * groups.unseen[link]
-                scratch.inflow_veh[link] += np.float32(min(ready_veh, in_time_veh))
+            ready = seen.queue_veh[slot] + use_approaching * seen.approaching_veh[slot]
+            inflow_veh[groups.ahead[slot]] += min(np.float32(ready), groups.in_time_veh[slot])
 
 
 @kernel
@@ -138,10 +145,30 @@ def expect_announced(
     groups: LaneGroups, expected: float, short: ShortTerm, scratch: Scratch
 ) -> None:
     """Give every group its share of the inflow of its link, as arrivals have been so far."""
+    weight, per_rate = np.float32(expected), scratch.per_rate
+    for link in range(per_rate.shape[0]):
+        # No rate is smaller; links without groups have none.
+        rate_veh = max(scratch.link_rate_veh[link], SMALLEST_RATE_VEH)
+        per_rate[link] = weight * scratch.inflow_veh[link] / rate_veh
     for g in range(groups.lanes.shape[0]):
-        link = groups.link[g]
-        share = (short.rate_veh[g] + SMALLEST_RATE_VEH) / scratch.link_rate_veh[link]
-        scratch.expected_veh[g] += np.float32(expected * scratch.inflow_veh[link] * share)
+        rate_veh = short.rate_veh[g] + SMALLEST_RATE_VEH
+        scratch.expected_veh[g] += per_rate[groups.link[g]] * rate_veh
+
+
+@kernel
+def find_waves(groups: LaneGroups, weight: float, scratch: Scratch) -> None:
+    """Note how much more green is worth, because those who leave find green when they get there."""
+    green = scratch.green
+    for link in range(green.shape[0]):
+        green[link] *= groups.unseen[link]
+    for g in range(groups.lanes.shape[0]):
+        first, last = groups.slot_offset[g], groups.slot_offset[g + 1]
+        ahead = NONE
+        for place in range(first, last):
+            ahead += green[groups.ahead[groups.slots[place]]]
+        waits = scratch.queue_veh[g] + scratch.expected_veh[g] > NONE
+        wave = np.float32(weight) * ahead / np.float32(last - first)
+        scratch.wave[g] = wave if waits else NONE
 
 
 @kernel
@@ -167,10 +194,8 @@ def served_wholly(shown: int, after_switch: float) -> int:
 
 
 @kernel
-def green_part(treatment: int, after_switch: float) -> float:
+def green_part(treatment: int, after_switch: Real) -> Real:
     """Return the part of an interval of green that a treatment is worth by the prior."""
-    if treatment == KEPT:
-        return 1.0
-    if treatment == RED:
-        return 0.0
-    return after_switch if treatment == SWITCHED else 0.5 * after_switch
+    part = after_switch if treatment == SWITCHED else NONE
+    part = HALF * after_switch if treatment == PARTLY else part
+    return ONE if treatment == KEPT else part

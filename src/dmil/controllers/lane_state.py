@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 IntArray = npt.NDArray[np.int32]
-ByteArray = npt.NDArray[np.int8]
+ByteArray = npt.NDArray[np.uint8]
+RowArray = npt.NDArray[np.uint16]
 FloatArray = npt.NDArray[np.float64]
 Single = npt.NDArray[np.float32]
+Whole = int | np.integer[Any]
+Real = float | np.floating[Any]
 
 RED, KEPT, SWITCHED, PARTLY = range(4)
 """Columns of the table: how a lane is treated in a decision interval."""
 
-QUEUES, ARRIVALS = 12, 4
+ARRIVALS = 4
+SIGHTS = 12 * ARRIVALS
 """Bins of vehicles queued, {0…8, 9–10, 11–14, 15+}, and expected, {0, 1, 2, 3+}."""
-QUEUE_BIN = np.array([*range(9), 9, 9, 10, 10, 10, 10, 11])
 
 
 class ShortTerm(NamedTuple):
@@ -31,9 +34,9 @@ class ShortTerm(NamedTuple):
         How many intervals it comes from.
     queue_veh, expected_veh: (groups,) float32
         Per lane, at the last decision.
-    row: (groups,) int16
+    row: (groups,) uint16
         Row of the table, then.
-    treatment: (groups,) int8
+    treatment: (groups,) uint8
         How it was treated since.
     """
 
@@ -41,7 +44,7 @@ class ShortTerm(NamedTuple):
     rated: Single
     queue_veh: Single
     expected_veh: Single
-    row: npt.NDArray[np.int16]
+    row: RowArray
     treatment: ByteArray
 
 
@@ -72,14 +75,15 @@ class Scratch(NamedTuple):
     Attributes
     ----------
     queue_veh, expected_veh, waiting_veh: float32
-    row: int16
-    shown, treatment: int8
+    row: uint16
+    shown, treatment: uint8
         Treatment by the phase that is shown now: red, kept or partly; by the one that is chosen.
-    gain: float32
-        What green gains over red, for all lanes of the group.
     wave: float32
-        What of that is for green ahead.
-    link_rate_veh, inflow_veh, green: (links,) float32
+        What green is worth besides, for green ahead.
+    link_rate_veh, inflow_veh, green: (links + 1,) float32
+        What was announced of a link: arrivals so far, vehicles that come, how much of it is green.
+    per_rate: (links + 1,) float32
+        Of vehicles that were announced, those that are expected for each of a group's own rate.
     lookups: (2,) int64
         Entries asked for that had been learned, and that had not.
     """
@@ -87,12 +91,12 @@ class Scratch(NamedTuple):
     queue_veh: Single
     expected_veh: Single
     waiting_veh: Single
-    row: npt.NDArray[np.int16]
+    row: RowArray
     shown: ByteArray
     treatment: ByteArray
-    gain: Single
     wave: Single
     link_rate_veh: Single
     inflow_veh: Single
     green: Single
+    per_rate: Single
     lookups: npt.NDArray[np.int64]

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.controllers.lane_memory import LaneMemory
-from dmil.controllers.lane_state import ARRIVALS, QUEUES, Seen
+from dmil.controllers.lane_state import SIGHTS, Seen
 from dmil.controllers.lookahead_choice import OUTCOMES, Outlook, Plans, decide
 from dmil.controllers.protocol import Arrays, IntArray
 from dmil.memory.outcomes import OutcomeTable, make_outcome_table, restored_outcomes
@@ -107,7 +107,7 @@ class LookaheadController(LaneMemory[OutcomeTable]):
         self.settings = settings or LookaheadSettings()
 
     def _new_table(self, columns: int) -> OutcomeTable:
-        return make_outcome_table(QUEUES * ARRIVALS, columns, OUTCOMES)
+        return make_outcome_table(SIGHTS, columns, OUTCOMES)
 
     def _restored(self, arrays: Arrays) -> OutcomeTable:
         return restored_outcomes(arrays, self.table)
@@ -133,7 +133,7 @@ class LookaheadController(LaneMemory[OutcomeTable]):
         effects = 3 if self._groups.partly.any() else 2
         self._plans = Plans(
             cost=np.zeros((count, effects, effects)),
-            effect=np.zeros(count, np.int8),
+            effect=np.zeros(count, np.uint8),
             known_veh=np.zeros(count, np.float32),
         )
 

@@ -8,24 +8,25 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.compilation import kernel
-from dmil.controllers.lane_groups import NOWHERE, LaneGroups
+from dmil.controllers.lane_groups import LaneGroups
 from dmil.controllers.lane_sight import (
     announce,
     count_arrivals,
     expect_announced,
     expect_by_rate,
+    find_waves,
     forget_overruled,
     look,
     note_shown,
     note_treatment,
     served_wholly,
+    sight_bin,
 )
 from dmil.controllers.lane_state import (
-    ARRIVALS,
     KEPT,
     PARTLY,
-    QUEUE_BIN,
     RED,
+    ByteArray,
     IntArray,
     Scratch,
     Seen,
@@ -72,14 +73,14 @@ class Plans(NamedTuple):
     cost: (groups, effects, effects) float64
         Predicted cost of a group for what the phases of this and the next decision do to it; there
         are three effects where phases serve groups in part, else two.
-    effect: (groups,) int8
+    effect: (groups,) uint8
         What the phase that is looked at does.
     known_veh: (groups,) float32
         Expected vehicles without those that are announced.
     """
 
     cost: npt.NDArray[np.float64]
-    effect: npt.NDArray[np.int8]
+    effect: ByteArray
     known_veh: Single
 
 
@@ -124,18 +125,11 @@ def decide(
         for g in range(groups.lanes.shape[0]):
             scratch.expected_veh[g] = plans.known_veh[g]
         expect_announced(groups, outlook.expected, short, scratch)
-        _gain_from_wave(groups, outlook.wave, scratch)
+        find_waves(groups, outlook.wave, scratch)
         _predict(groups, outlook, table, short, scratch, plans)
         _choose(groups, seen, plans, phases)
     note_treatment(groups, outlook.after_switch, scratch, phases)
     _learn(groups, outlook, table, short, seen, scratch)
-
-
-@kernel
-def row_of(queue_veh: float, expected_veh: float) -> int:
-    """Return the row of a lane: queue, expected arrivals."""
-    queue = QUEUE_BIN[min(int(queue_veh + 0.5), QUEUE_BIN.size - 1)]
-    return int(queue * ARRIVALS + min(int(expected_veh + 0.5), ARRIVALS - 1))
 
 
 @kernel
@@ -182,7 +176,7 @@ def _foresee(
 ) -> tuple[float, float]:
     """Return what the lane model says and what was learned beyond it."""
     cost, end_veh = lane_model(queue_veh, arrivals_veh, flow_veh, treatment, outlook.after_switch)
-    row = row_of(queue_veh, arrivals_veh)
+    row = int(sight_bin(queue_veh, arrivals_veh))
     cost += believed(table, row, treatment, COST, outlook.trust)
     end_veh += outlook.queue_trust * believed(table, row, treatment, NEXT, outlook.trust)
     return max(cost, 0.0), max(end_veh, 0.0)
@@ -273,21 +267,6 @@ def _choose(groups: LaneGroups, seen: Seen, plans: Plans, phases: IntArray) -> N
 
 
 @kernel
-def _gain_from_wave(groups: LaneGroups, wave: float, scratch: Scratch) -> None:
-    """Note what green gains besides, because those who leave find green ahead."""
-    for g in range(groups.lanes.shape[0]):
-        scratch.wave[g] = 0.0
-        if scratch.queue_veh[g] + scratch.expected_veh[g] > 0.0:
-            first, last = groups.slot_offset[g], groups.slot_offset[g + 1]
-            green = 0.0
-            for place in range(first, last):
-                link = groups.ahead[groups.slots[place]]
-                if link != NOWHERE:
-                    green += groups.unseen[link] * scratch.green[link]
-            scratch.wave[g] = np.float32(wave * green / (last - first))
-
-
-@kernel
 def _learn(
     groups: LaneGroups,
     outlook: Outlook,
@@ -313,7 +292,7 @@ def _learn(
                 count_outcome(table, row, treated)
             short.queue_veh[g] = scratch.queue_veh[g]
             short.expected_veh[g] = scratch.expected_veh[g]
-            short.row[g] = row_of(float(scratch.queue_veh[g]), float(scratch.expected_veh[g]))
+            short.row[g] = sight_bin(scratch.queue_veh[g], scratch.expected_veh[g])
             short.treatment[g] = scratch.treatment[g]
             known += table.times[short.row[g], short.treatment[g]] > 0
     scratch.lookups[0] += known

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dmil.controllers import Situation
-from dmil.controllers.lane_groups import NOWHERE, lane_groups
+from dmil.controllers.lane_groups import lane_groups
 from dmil.network import Junction, Link, Movement, RoadNetwork, grid
 from dmil.scenarios import QueueDynamics, SignalTiming
 from dmil.seeding import stream
@@ -41,17 +41,25 @@ def test_the_papers_lanes_are_groups_of_their_own():
     assert groups.group_offset.tolist() == [0, 8, 16]
     assert groups.lanes.tolist() == [1.0] * 16
     assert groups.lane_veh.tolist() == [5.0] * 16
-    assert groups.capacity_veh.tolist() == [5.0] * 24
+    assert groups.ways == 1
+    as_block = groups.served.reshape(2, 8, 2).transpose(2, 1, 0)
+    assert groups.options.tolist() == as_block.tolist()
     assert not groups.partly.any()
     # Two lanes a phase; with the right turns six may go.
     assert np.diff(groups.served_offset).tolist() == [2] * 16
     assert np.diff(groups.flow_offset).tolist() == [6] * 16
     between = [network.link_index[name] for name in ("0,0>0,1", "0,1>0,0")]
-    assert sorted(np.flatnonzero(groups.is_fed)) == sorted(between)
-    assert set(groups.ahead.tolist()) == {NOWHERE, *between}
+    nowhere = len(network.links)
+    assert set(groups.ahead.tolist()) == {nowhere, *between}
     # 50 m at 10 m/s are half the interval; entries take no time.
     assert groups.unseen[between].tolist() == [0.5, 0.5]
-    assert set(groups.unseen.tolist()) == {0.5, 1.0}
+    assert groups.unseen[nowhere] == 0.0
+    assert set(groups.unseen[:nowhere].tolist()) == {0.5, 1.0}
+    assert not groups.all_seen.any()
+    fed = np.isin(groups.link, between)
+    assert groups.unannounced.tolist() == np.where(fed, 0.0, 1.0).tolist()
+    # Half of the 5 vehicles of an interval are in time.
+    assert groups.in_time_veh.tolist() == np.where(groups.ahead == nowhere, 0.0, 2.5).tolist()
 
 
 def test_movements_that_share_lanes_are_one_group():
@@ -60,14 +68,15 @@ def test_movements_that_share_lanes_are_one_group():
     groups = groups_of(network)
     assert members(groups)[0] == [1, 2]
     assert groups.lanes[0] == 2.0
-    assert groups.capacity_veh[[1, 2]].tolist() == [15.0, 5.0]
-    assert groups.links_groups[groups.link[0]] == 1.0
+    assert groups.link_share[0] == 1.0
+    assert groups.ways == 2
     phases = network.intersections[0].phases
     for p, phase in enumerate(phases):
         place = groups.served_offset[p]
         if phase & {1, 2}:
             assert groups.served[place] == 0
             assert groups.partly[place] == (not phase >= {1, 2})
+            assert groups.options[0, p, 0] == groups.lanes.size * groups.partly[place]
 
 
 def test_lanes_shared_through_a_third_movement_join_groups():
@@ -114,5 +123,5 @@ def test_ahead_goes_on_across_junctions_while_there_is_one_way(ways):
     groups, out = groups_of(network), network.link_index["out"]
     eastward = [j for j, move in enumerate(renamed[0].movements) if move.to_link == "in"]
     assert len(eastward) == 3
-    assert groups.ahead[eastward].tolist() == [out if ways == 1 else NOWHERE] * 3
-    assert groups.is_fed[out] == (ways == 1)
+    assert groups.ahead[eastward].tolist() == [out if ways == 1 else len(links)] * 3
+    assert (groups.unannounced[groups.link == out] == 0.0).all() == (ways == 1)
