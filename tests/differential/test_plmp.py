@@ -9,7 +9,7 @@ from dmil.controllers import Situation, make_controller
 from dmil.controllers.announcements import Announcements
 from dmil.controllers.choice import DRAWS
 from dmil.memory import append, make_rows
-from dmil.memory.patterns import covers, find_pattern
+from dmil.memory.patterns import PROBE, covers, find_pattern
 from dmil.network import grid
 from dmil.scenarios import SignalTiming
 from dmil.seeding import stream
@@ -51,16 +51,18 @@ def test_classes_are_as_they_are_defined(reach):
 @pytest.mark.parametrize("reach", [0, 1, 2])
 def test_the_first_key_that_covers_a_pattern_has_it(reach):
     rng = stream(reach, "patterns")
-    rows, keys, older = make_rows(1, 400, 4, 0), [], 0
-    for pattern in rng.poisson(1.5, (400, 4)).astype(np.int32):
-        row = find_pattern(rows, 0, pattern[None], reach)
+    rows, keys, older = make_rows(1, 1500, 4, 0), [], 0
+    key = np.zeros((1, 4), np.int32)
+    for pattern in rng.poisson(3.0, (1500, 4)).astype(np.int32):
+        row = find_pattern(rows, 0, pattern[None], reach, key)
         assert row == plainly_found(keys, pattern.tolist(), reach)
         if row == -1:
             append(rows, 0, pattern)
             keys.append(pattern.tolist())
         else:
             older += keys[row] != pattern.tolist()
-    assert len(keys) > 10
+    # Enough for both ways to it: comparing all keys, and looking up those that cover the pattern.
+    assert len(keys) > 2 * PROBE * (reach + 1) ** 4 or reach > 1
     assert (older > 50) == (reach > 0)
 
 

@@ -76,12 +76,14 @@ class Merits(NamedTuple):
     treatment: (ways, groups) uint8
         How a group would be treated, served wholly or in part.
     learned: (groups,) float32
-        What was learned of a group; later the error that is learned from, but for residuals.
+        What was learned of a group that would be treated so.
     gain: (ways * groups + 2,) float32
         What green gains over red, for all lanes of a group; at the end what serving no group gains,
         and the phase that does not exist.
     total, highest: (most phases, intersections), (intersections,) float32
         What a phase gains; the most.
+    error: (groups,) float32
+        Error of the last prediction by the prior alone.
     """
 
     sure: Single
@@ -90,11 +92,12 @@ class Merits(NamedTuple):
     gain: Single
     total: Single
     highest: Single
+    error: Single
 
 
 def make_merits(groups: LaneGroups, columns: int) -> Merits:
     """Return working space for a network and so many ways to treat a lane."""
-    count, (_, phases, agents) = groups.lanes.size, groups.options.shape
+    count, (_, phases, agents) = groups.lanes.size, groups.served_block.shape
     gain = np.zeros(groups.ways * count + 2, np.float32)
     gain[-1] = -np.inf
     return Merits(
@@ -104,6 +107,7 @@ def make_merits(groups: LaneGroups, columns: int) -> Merits:
         gain=gain,
         total=np.zeros((phases, agents), np.float32),
         highest=np.zeros(agents, np.float32),
+        error=np.zeros(count, np.float32),
     )
 
 
@@ -207,9 +211,9 @@ def _choose(groups: LaneGroups, seen: Seen, merits: Merits, phases: IntArray) ->
     for i in range(phases.shape[0]):
         phases[i] = 0
         highest[i] = np.float32(-np.inf)
-    for phase in range(groups.options.shape[1]):
+    for phase in range(groups.served_block.shape[1]):
         number, total = np.int32(phase), merits.total[phase]
-        _add_up(groups.options[:, phase], gain, total)
+        _add_up(groups.served_block[:, phase], gain, total)
         for i in range(phases.shape[0]):
             # Of equally good phases the one shown stays, else the first is taken.
             gained = total[i] + (TIE + TIE if seen.shown[i] == number else NONE)
@@ -232,7 +236,7 @@ def _add_up(served: Indices, gain: Single, total: Single) -> None:
 def _prepare_errors(weights: Weights, short: ShortTerm, scratch: Scratch, merits: Merits) -> None:
     """Find the errors of predictions by the prior alone: minus who waits then counts, and now."""
     vehicle, after_switch = np.float32(weights.vehicle), np.float32(weights.after_switch)
-    discount, error = np.float32(weights.discount), merits.learned
+    discount, error = np.float32(weights.discount), merits.error
     for g in range(error.shape[0]):
         left = vehicle * (ONE - green_part(short.treatment[g], after_switch))
         error[g] = left * (short.queue_veh[g] + short.expected_veh[g]) - scratch.waiting_veh[g]
@@ -262,7 +266,7 @@ def _learn(
             if learns and short.queue_veh[g] <= NOT_LEARNED_FROM_VEH:
                 before, treated = short.row[g], short.treatment[g]
                 after = discount * table.residual[row, treatment]
-                error = merits.learned[g] + after - table.residual[before, treated]
+                error = merits.error[g] + after - table.residual[before, treated]
                 learn_part(table, before, treated, error)
     scratch.lookups[0] += known
     scratch.lookups[1] += groups.lanes.shape[0] - known

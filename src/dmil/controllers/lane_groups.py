@@ -51,7 +51,7 @@ class LaneGroups(NamedTuple):
     served: (groups of all phases,) uint32
     partly: (groups of all phases,) bool
         Whether the phase serves some movements of the group only.
-    options: (most groups of a phase, most phases, intersections) uint32
+    served_block: (most groups of a phase, most phases, intersections) uint32
         The same as a block: group, plus the number of groups where it is served in part, so that
         it is a place among ``ways * groups`` gains. Where a phase serves fewer groups: the place
         behind them; where an intersection has fewer phases: the one behind that.
@@ -86,7 +86,7 @@ class LaneGroups(NamedTuple):
     served_offset: Indices
     served: Indices
     partly: BoolArray
-    options: Indices
+    served_block: Indices
     flow_offset: Indices
     flows: Indices
     ahead: Indices
@@ -157,7 +157,7 @@ def lane_groups(situation: Situation) -> LaneGroups:
         served_offset=_offsets(served),
         served=_flat(served),
         partly=np.array(partly, np.bool_),
-        options=_options(phase_offset, served, partly, len(groups)),
+        served_block=_served_block(phase_offset, served, partly, len(groups)),
         flow_offset=_offsets(flows),
         flows=_flat(flows),
         ahead=ahead,
@@ -212,7 +212,7 @@ def _ways_to_signals(network: RoadNetwork) -> list[int]:
     return found
 
 
-def _options(
+def _served_block(
     phase_offset: Sequence[int],
     served: Sequence[Sequence[int]],
     partly: Sequence[bool],
@@ -220,17 +220,17 @@ def _options(
 ) -> Indices:
     """Return what phases serve as a block: see `LaneGroups`."""
     ways = 2 if any(partly) else 1
-    shape = max(map(len, served)), int(np.diff(phase_offset).max()), len(phase_offset) - 1
-    options = np.full(shape, ways * groups, np.uint32)
-    options[0] = ways * groups + 1
+    shape = max(1, *map(len, served)), int(np.diff(phase_offset).max()), len(phase_offset) - 1
+    block = np.full(shape, ways * groups, np.uint32)
+    block[0] = ways * groups + 1
     in_part = iter(partly)
     for i, (first, last) in enumerate(pairwise(phase_offset)):
         for phase in range(first, last):
             # A phase may serve nobody.
-            options[0, phase - first, i] = ways * groups
+            block[0, phase - first, i] = ways * groups
             for k, group in enumerate(served[phase]):
-                options[k, phase - first, i] = group + groups * next(in_part)
-    return options
+                block[k, phase - first, i] = group + groups * next(in_part)
+    return block
 
 
 def _offsets(parts: Sequence[Sequence[int]]) -> Indices:

@@ -75,6 +75,8 @@ class Decision(NamedTuple):
         0, 1, 2 …
     lookups: (3,) int64
         Look-ups by `SOURCES`, counted up.
+    key: (1, places) int32
+        Working space.
     """
 
     pattern: IntArray
@@ -87,6 +89,7 @@ class Decision(NamedTuple):
     updates: bool
     alike: IntArray
     lookups: TimeArray
+    key: IntArray
 
 
 class Rules(NamedTuple):
@@ -146,6 +149,7 @@ class PlmpController(SharedLearner):
             updates=settings.learning and reward is not None,
             alike=np.arange(self._table.value.shape[2], dtype=np.int32),
             lookups=self._lookups,
+            key=np.empty((1, self.places), np.int32),
         )
         if not decide_plmp(self._table, self.agents.shape, self._phase_count, step, self._rules):
             raise DivergedError("plmp", "values of Q", observation.time_s)
@@ -218,10 +222,10 @@ def decide_plmp(
     finite = True
     for agent in range(shape.shape[0]):
         owner, draws = shape[agent], step.draws[agent]
-        row = find_pattern(table.rows, owner, step.pattern[agent : agent + 1], rules.reach)
+        row = _find(table, owner, step.pattern, agent, step, rules)
         known, source = row, 0
         if row == ABSENT and rules.predicts:
-            known = find_pattern(table.rows, owner, step.ahead[agent : agent + 1], rules.reach)
+            known = _find(table, owner, step.ahead, agent, step, rules)
             source = 1
         step.lookups[source if known != ABSENT else 2] += 1
         best = ABSENT
@@ -250,3 +254,11 @@ def decide_plmp(
             row = append(table.rows, owner, step.pattern[agent])
         step.row[agent] = row
     return finite
+
+
+@kernel
+def _find(
+    table: ValueTable, owner: int, patterns: IntArray, agent: int, step: Decision, rules: Rules
+) -> int:
+    """Return the class of an agent's pattern, or `ABSENT`."""
+    return find_pattern(table.rows, owner, patterns[agent : agent + 1], rules.reach, step.key)

@@ -43,7 +43,7 @@ def test_the_papers_lanes_are_groups_of_their_own():
     assert groups.lane_veh.tolist() == [5.0] * 16
     assert groups.ways == 1
     as_block = groups.served.reshape(2, 8, 2).transpose(2, 1, 0)
-    assert groups.options.tolist() == as_block.tolist()
+    assert groups.served_block.tolist() == as_block.tolist()
     assert not groups.partly.any()
     # Two lanes a phase; with the right turns six may go.
     assert np.diff(groups.served_offset).tolist() == [2] * 16
@@ -76,7 +76,7 @@ def test_movements_that_share_lanes_are_one_group():
         if phase & {1, 2}:
             assert groups.served[place] == 0
             assert groups.partly[place] == (not phase >= {1, 2})
-            assert groups.options[0, p, 0] == groups.lanes.size * groups.partly[place]
+            assert groups.served_block[0, p, 0] == groups.lanes.size * groups.partly[place]
 
 
 def test_lanes_shared_through_a_third_movement_join_groups():
