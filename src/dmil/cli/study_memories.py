@@ -77,7 +77,7 @@ def variants(text: str) -> list[str]:
 
 OPTIONS = (
     Option("controllers", "--controllers", "Study", "NAMES", read=variants, default="all"),
-    Option("ablations", "--ablations", "Study", "NAMES", read=variants),
+    Option("ablations", "--ablations", "Study", "NAMES", read=variants, default="factored's"),
     Option("cells", "--cells", "Study", "NAMES", read=split, default="all"),
     Option("data", "--data", "Study", "DIR"),
     Option("seeds", "--seeds", "Study"),

@@ -12,8 +12,10 @@ from dmil.studies.memories import unit as units_module
 from dmil.studies.memories.cells import GRID_CELLS, Cell, city_cells
 from dmil.studies.memories.overtaking import decisions_until_better
 from dmil.studies.memories.plan import (
+    ABLATIONS,
     CONTENDERS,
     DEEP,
+    ablations,
     cells,
     contenders,
     is_trained,
@@ -64,7 +66,19 @@ def test_every_controller_that_makes_sense_is_in_it():
 
 def test_without_deep_rivals_all_others_stay():
     found = contenders(MemoriesStudySettings(deep=False))
-    assert found == [name for name in CONTENDERS if name not in DEEP]
+    assert found == [*(name for name in CONTENDERS if name not in DEEP), *ABLATIONS]
+
+
+def test_ablations_go_with_the_default_controllers_or_are_named():
+    chosen = MemoriesStudySettings(controllers=("factored", "max-pressure"))
+    assert ablations(chosen) == []
+    assert contenders(chosen) == ["factored", "max-pressure"]
+    named = chosen.model_copy(update={"ablations": ("factored,wave=0",)})
+    assert ablations(named) == ["factored,wave=0"]
+    assert contenders(named)[-1] == "factored,wave=0"
+    configuration = memories_identity(MemoriesStudySettings())["configuration"]
+    assert configuration["ablations"] == list(ABLATIONS)
+    assert all(label in CONTROLLERS or label.startswith("factored,") for label in ABLATIONS)
 
 
 def test_a_cell_is_named_by_scenario_and_load():

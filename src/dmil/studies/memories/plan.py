@@ -39,6 +39,15 @@ CONTENDERS = (
 )
 """Who runs by default. The paper's agents explore as little as the other rivals do: with its ε of
 .6 and .4 they would choose at random half of the time."""
+ABLATIONS = (
+    "factored,approaching=false",
+    "factored,rates=false",
+    "factored,learning=false",
+    "factored,expected=0",
+    "factored,wave=0",
+    "factored,expected=0,wave=0",
+)
+"""Factored memory without one ingredient each, and without any announcement."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,8 +97,8 @@ def contenders(settings: MemoriesStudySettings) -> list[str]:
     InputError
         There is no such controller or option.
     """
-    chosen = settings.controllers or CONTENDERS
-    labels = [parse_variant(text).label for text in (*chosen, *settings.ablations)]
+    labels = [parse_variant(text).label for text in settings.controllers or CONTENDERS]
+    labels += ablations(settings)
     for label in labels:
         name = parse_variant(label).name
         if ":" not in name and name not in CONTROLLERS:
@@ -98,6 +107,12 @@ def contenders(settings: MemoriesStudySettings) -> list[str]:
     if settings.deep or settings.controllers:
         return labels
     return [label for label in labels if parse_variant(label).name not in DEEP]
+
+
+def ablations(settings: MemoriesStudySettings) -> list[str]:
+    """Return the labels of those that the report shows in a table of their own (ours)."""
+    chosen = settings.ablations or (() if settings.controllers else ABLATIONS)
+    return [parse_variant(text).label for text in chosen]
 
 
 def units(settings: MemoriesStudySettings) -> list[MemoriesUnit]:

@@ -14,7 +14,14 @@ from dmil.errors import InputError
 from dmil.rewards import make_reward
 from dmil.studies.block import BlockResult
 from dmil.studies.executors import Executor
-from dmil.studies.memories.plan import MemoriesUnit, cells, contenders, options_of, units
+from dmil.studies.memories.plan import (
+    MemoriesUnit,
+    ablations,
+    cells,
+    contenders,
+    options_of,
+    units,
+)
 from dmil.studies.memories.settings import MemoriesStudySettings
 from dmil.studies.memories.unit import run_unit
 from dmil.studies.running import Progress, run_units
@@ -99,4 +106,5 @@ def memories_identity(settings: MemoriesStudySettings) -> dict[str, Any]:
     configuration = settings.model_dump(mode="json", exclude={"data", "deep"})
     configuration["cells"] = [cell.name for cell in cells(settings)]
     configuration["controllers"] = contenders(settings)
+    configuration["ablations"] = ablations(settings)
     return {"study": "memories", "dmil": dmil.__version__, "configuration": configuration}

@@ -24,7 +24,9 @@ class MemoriesStudySettings(BaseModel):
         "that make sense.",
     )
     ablations: tuple[str, ...] = Field(
-        (), description="More controllers, which the report shows in a table of their own."
+        (),
+        description="More controllers, which the report shows in a table of their own; by default "
+        "factored memory without one ingredient each, and none beside chosen controllers.",
     )
     cells: tuple[str, ...] = Field(
         (),

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from dmil.controllers import CONTROLLERS, Controller, make_controller
 from dmil.controllers.registry import make_settings
 from dmil.controllers.variants import parse_variant
+from dmil.demand import Vehicles
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
 from dmil.simulation import QueueSimulator
@@ -67,7 +68,7 @@ def run_unit(settings: MemoriesStudySettings, unit: MemoriesUnit) -> BlockResult
             )
         training_wall_s = time.perf_counter() - started
         phase, before = "test", lookups_of(controller)
-        vehicles = vehicles_of_seed(made, unit.seed)
+        vehicles = _vehicles(unit.cell, settings.horizon_s, settings.data, unit.seed)
         run = evaluate(simulator, controller, vehicles, reward, unit.seed)
     except Exception as error:
         where = f"episode {len(episodes)} of the training" if phase == "training" else "the test"
@@ -111,6 +112,14 @@ def _place(cell: Cell, horizon_s: int, data: Path | None) -> tuple[Scenario, Que
     return made, QueueSimulator(made)
 
 
+# The units of one cell and seed follow each other, and their simulator knows the vehicles again.
+@lru_cache(maxsize=2)
+def _vehicles(cell: Cell, horizon_s: int, data: Path | None, seed: int) -> Vehicles:
+    """Return the vehicles of a test."""
+    made, _ = _place(cell, horizon_s, data)
+    return vehicles_of_seed(made, seed)
+
+
 # The learners of one cell and seed follow each other in the plan.
 @lru_cache(maxsize=2)
 def _reference_courses(
@@ -120,7 +129,8 @@ def _reference_courses(
     made, simulator = _place(cell, horizon_s, data)
     controller, reward = make_controller(REFERENCE), make_reward("queue")
     runs = train(made, controller, reward, seed, episodes=range(episodes), simulator=simulator)
-    runs.append(evaluate(simulator, controller, vehicles_of_seed(made, seed), reward, seed))
+    vehicles = _vehicles(cell, horizon_s, data, seed)
+    runs.append(evaluate(simulator, controller, vehicles, reward, seed))
     return tuple(run.measures.queued_at for run in runs)
 
 
