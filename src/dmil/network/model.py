@@ -271,6 +271,15 @@ class RoadNetwork:
         times.flags.writeable = False
         return times
 
+    @cached_property
+    def slot_links(self) -> npt.NDArray[np.int32]:
+        """Links from and to of movements: (2, intersections, most movements), padded: no link."""
+        most = max(len(node.movements) for node in self.intersections)
+        found = np.full((2, len(self.intersections), most), len(self.links), np.int32)
+        for links, (i, j) in self.movement_index.items():
+            found[:, i, j] = links
+        return found
+
     @property
     def clearance_s(self) -> float:
         """Longest clearance phase of any intersection in seconds."""
@@ -282,11 +291,6 @@ def shape_signature(intersection: Intersection) -> str:
 
     Approaches, turns, phases and unsignalled movements count; names, lengths and the fixed-time
     plan do not. Intersections of equal signature may share memory (paper, §IV-B).
-
-    Parameters
-    ----------
-    intersection
-        The intersection.
     """
     shape = [
         [[movement.approach, movement.turn] for movement in intersection.movements],

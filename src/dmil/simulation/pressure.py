@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 import numpy.typing as npt
 
@@ -31,20 +29,18 @@ def movement_pressure(queue_veh: npt.NDArray[np.integer], network: RoadNetwork) 
     -------
     pressure_veh: (intersections, orientations) float64
     """
-    exit_link, queue_link, movements = _links_of_slots(network, queue_veh.shape[1])
-    queue = queue_veh.astype(np.float64).ravel()
-    on_link, pressure_veh = np.zeros(movements.size), np.empty(queue.size)
-    fill_pressure(queue, exit_link, queue_link, movements, on_link, pressure_veh)
-    return pressure_veh.reshape(queue_veh.shape)
+    links, size = network.slot_links.reshape(2, -1), len(network.links) + 1
+    queue, pressure_veh = queue_veh.astype(np.float64), np.empty(queue_veh.shape)
+    fill_pressure(queue.ravel(), links, np.zeros(size), np.zeros(size), pressure_veh.ravel())
+    return pressure_veh
 
 
 @kernel
 def fill_pressure(
     queue_veh: FloatArray,
-    exit_link: IntArray,
-    queue_link: IntArray,
-    movements: FloatArray,
+    slot_links: IntArray,
     on_link: FloatArray,
+    movements: FloatArray,
     pressure_veh: FloatArray,
 ) -> None:
     """Work out the pressure of every slot; see `movement_pressure`.
@@ -52,37 +48,16 @@ def fill_pressure(
     Parameters
     ----------
     queue_veh: (slots,) float64
-    exit_link, queue_link: (slots,) int32
-        Link that a slot leads to, and link on which its vehicles queue.
-    movements: (links + 1,) float64
-        Movements from each link, at least 1.
-    on_link: (links + 1,) float64
-        Zeros; becomes the queue of each link.
+    slot_links: (2, slots) int32
+        Link on which the vehicles of a slot queue, and link that it leads to.
+    on_link, movements: (links + 1,) float64
+        Zeros; become the queue on each link, and the number of movements from it.
     pressure_veh: (slots,) float64
         Filled with the result.
     """
     for slot in range(queue_veh.shape[0]):
-        on_link[queue_link[slot]] += queue_veh[slot]
+        on_link[slot_links[0, slot]] += queue_veh[slot]
+        movements[slot_links[0, slot]] += 1.0
     for slot in range(queue_veh.shape[0]):
-        onward = exit_link[slot]
-        pressure_veh[slot] = queue_veh[slot] - on_link[onward] / movements[onward]
-
-
-@lru_cache(maxsize=64)
-def _links_of_slots(
-    network: RoadNetwork, orientations: int
-) -> tuple[IntArray, IntArray, FloatArray]:
-    """Return the exit link and the queue's link of every slot, and the movements of every link.
-
-    Padding has an index of its own after those of the links, where nobody ever queues.
-    """
-    links = len(network.links)
-    shape = len(network.intersections), orientations
-    exit_link, queue_link = np.full(shape, links, np.int32), np.full(shape, links, np.int32)
-    movements = np.zeros(links + 1)
-    for i, item in enumerate(network.intersections):
-        for j, movement in enumerate(item.movements):
-            exit_link[i, j] = network.link_index[movement.to_link]
-            queue_link[i, j] = network.link_index[movement.from_link]
-            movements[queue_link[i, j]] += 1
-    return exit_link.ravel(), queue_link.ravel(), np.maximum(movements, 1.0)
+        onward = slot_links[1, slot]
+        pressure_veh[slot] = queue_veh[slot] - on_link[onward] / max(1.0, movements[onward])
