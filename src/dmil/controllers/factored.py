@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from dmil.controllers.factored_choice import ROWS, Weights, decide, make_merits
+from dmil.controllers.factored_choice import ROWS, Weights, decide, make_gains
 from dmil.controllers.lane_memory import LaneMemory
 from dmil.controllers.lane_state import Seen
 from dmil.controllers.protocol import Arrays, IntArray
@@ -92,7 +92,7 @@ class FactoredController(LaneMemory[FactoredTable]):
 
     def _prepare(self, after_switch: float) -> None:
         settings = self.settings
-        self._merits = make_merits(self._groups, self.table.residual.shape[1])
+        self._gains = make_gains(self._groups, self.table.residual.shape[1])
         self._weights = Weights(
             vehicle=settings.vehicle,
             expected=settings.expected,
@@ -116,6 +116,6 @@ class FactoredController(LaneMemory[FactoredTable]):
             self._short,
             seen,
             self._scratch,
-            self._merits,
+            self._gains,
             phases,
         )

@@ -66,7 +66,7 @@ class Weights(NamedTuple):
     learns: bool
 
 
-class Merits(NamedTuple):
+class Gains(NamedTuple):
     """Working space of the choice.
 
     Attributes
@@ -95,12 +95,12 @@ class Merits(NamedTuple):
     error: Single
 
 
-def make_merits(groups: LaneGroups, columns: int) -> Merits:
+def make_gains(groups: LaneGroups, columns: int) -> Gains:
     """Return working space for a network and so many ways to treat a lane."""
     count, (_, phases, agents) = groups.lanes.size, groups.served_block.shape
     gain = np.zeros(groups.ways * count + 2, np.float32)
     gain[-1] = -np.inf
-    return Merits(
+    return Gains(
         sure=np.zeros((ROWS, columns), np.float32),
         treatment=np.full((groups.ways, count), PARTLY, np.uint8),
         learned=np.zeros(count, np.float32),
@@ -119,7 +119,7 @@ def decide(
     short: ShortTerm,
     seen: Seen,
     scratch: Scratch,
-    merits: Merits,
+    gains: Gains,
     phases: IntArray,
 ) -> None:
     """Choose all phases and learn from the last choice.
@@ -129,17 +129,17 @@ def decide(
 
     Parameters
     ----------
-    groups, weights, table, short, seen, scratch, merits
-        See there; table, short-term memory, scratch and merits change in place.
+    groups, weights, table, short, seen, scratch, gains
+        See there; table, short-term memory, scratch and gains change in place.
     phases: (intersections,) int32
         Filled with the choice.
     """
-    for row in range(merits.sure.shape[0]):
-        for treatment in range(1, merits.sure.shape[1]):
-            merits.sure[row, treatment] = surely(table, row, treatment, RED, weights.evidence)
+    for row in range(gains.sure.shape[0]):
+        for treatment in range(1, gains.sure.shape[1]):
+            gains.sure[row, treatment] = surely(table, row, treatment, RED, weights.evidence)
     note_shown(groups, seen, scratch)
     for g in range(scratch.shown.shape[0]):
-        merits.treatment[0, g] = served_wholly(scratch.shown[g], weights.after_switch)
+        gains.treatment[0, g] = served_wholly(scratch.shown[g], weights.after_switch)
     look(groups, weights.use_approaching, seen, scratch)
     if not seen.first:
         forget_overruled(groups, seen, short)
@@ -147,36 +147,36 @@ def decide(
             groups, weights.use_approaching, weights.after_switch, weights.rate_step, short, scratch
         )
     expect_by_rate(groups, weights.expected, short, scratch)
-    _weigh(groups, weights, short, scratch, merits)
-    _choose(groups, seen, merits, phases)
+    _weigh(groups, weights, short, scratch, gains)
+    _choose(groups, seen, gains, phases)
     if weights.expected > 0.0 or weights.wave > 0.0:
         announce(groups, weights.use_approaching, seen, scratch, phases)
         expect_announced(groups, weights.expected, short, scratch)
-        _weigh(groups, weights, short, scratch, merits)
+        _weigh(groups, weights, short, scratch, gains)
         find_waves(groups, weights.vehicle * weights.wave, scratch)
-        _add_waves(groups, scratch, merits)
-        _choose(groups, seen, merits, phases)
+        _add_waves(groups, scratch, gains)
+        _choose(groups, seen, gains, phases)
     note_treatment(groups, weights.after_switch, scratch, phases)
-    _prepare_errors(weights, short, scratch, merits)
-    _learn(groups, weights, table, short, seen, scratch, merits)
+    _prepare_errors(weights, short, scratch, gains)
+    _learn(groups, weights, table, short, seen, scratch, gains)
     _remember(short, scratch)
 
 
 @kernel
 def _weigh(
-    groups: LaneGroups, weights: Weights, short: ShortTerm, scratch: Scratch, merits: Merits
+    groups: LaneGroups, weights: Weights, short: ShortTerm, scratch: Scratch, gains: Gains
 ) -> None:
     """Find the rows of all groups, and what each gains from green."""
-    count, row, learned = groups.lanes.shape[0], scratch.row, merits.learned
+    count, row, learned = groups.lanes.shape[0], scratch.row, gains.learned
     used = ONE if weights.use_rates else NONE
     for g in range(count):
         row[g] = _row(scratch.queue_veh[g], scratch.expected_veh[g], used * short.rate_veh[g])
     vehicle, after_switch = np.float32(weights.vehicle), np.float32(weights.after_switch)
     trust, trust_veh = np.float32(weights.trust), np.float32(weights.trust_veh)
-    for way in range(merits.treatment.shape[0]):
-        treatment, gain = merits.treatment[way], merits.gain[way * count : (way + 1) * count]
+    for way in range(gains.treatment.shape[0]):
+        treatment, gain = gains.treatment[way], gains.gain[way * count : (way + 1) * count]
         for g in range(count):
-            learned[g] = merits.sure[row[g], treatment[g]]
+            learned[g] = gains.sure[row[g], treatment[g]]
         for g in range(count):
             waiting_veh = scratch.queue_veh[g] + scratch.expected_veh[g]
             believed = vehicle * waiting_veh * green_part(treatment[g], after_switch)
@@ -195,24 +195,24 @@ def _row(queue_veh: Real, expected_veh: Real, rate_veh: Real) -> Whole:
 
 
 @kernel
-def _add_waves(groups: LaneGroups, scratch: Scratch, merits: Merits) -> None:
+def _add_waves(groups: LaneGroups, scratch: Scratch, gains: Gains) -> None:
     """Let green count more for those who will find green ahead when they get there."""
     count = groups.lanes.shape[0]
-    for way in range(merits.treatment.shape[0]):
-        gain = merits.gain[way * count : (way + 1) * count]
+    for way in range(gains.treatment.shape[0]):
+        gain = gains.gain[way * count : (way + 1) * count]
         for g in range(count):
             gain[g] += groups.lanes[g] * scratch.wave[g]
 
 
 @kernel
-def _choose(groups: LaneGroups, seen: Seen, merits: Merits, phases: IntArray) -> None:
+def _choose(groups: LaneGroups, seen: Seen, gains: Gains, phases: IntArray) -> None:
     """Choose for every intersection the phase with the highest sum of gains."""
-    highest, gain = merits.highest, merits.gain
+    highest, gain = gains.highest, gains.gain
     for i in range(phases.shape[0]):
         phases[i] = 0
         highest[i] = np.float32(-np.inf)
     for phase in range(groups.served_block.shape[1]):
-        number, total = np.int32(phase), merits.total[phase]
+        number, total = np.int32(phase), gains.total[phase]
         _add_up(groups.served_block[:, phase], gain, total)
         for i in range(phases.shape[0]):
             # Of equally good phases the one shown stays, else the first is taken.
@@ -233,10 +233,10 @@ def _add_up(served: Indices, gain: Single, total: Single) -> None:
 
 
 @kernel
-def _prepare_errors(weights: Weights, short: ShortTerm, scratch: Scratch, merits: Merits) -> None:
+def _prepare_errors(weights: Weights, short: ShortTerm, scratch: Scratch, gains: Gains) -> None:
     """Find the errors of predictions by the prior alone: minus who waits then counts, and now."""
     vehicle, after_switch = np.float32(weights.vehicle), np.float32(weights.after_switch)
-    discount, error = np.float32(weights.discount), merits.error
+    discount, error = np.float32(weights.discount), gains.error
     for g in range(error.shape[0]):
         left = vehicle * (ONE - green_part(short.treatment[g], after_switch))
         error[g] = left * (short.queue_veh[g] + short.expected_veh[g]) - scratch.waiting_veh[g]
@@ -253,7 +253,7 @@ def _learn(
     short: ShortTerm,
     seen: Seen,
     scratch: Scratch,
-    merits: Merits,
+    gains: Gains,
 ) -> None:
     """Learn from the interval that ended; count entries that were known already."""
     known, discount = 0, np.float32(weights.discount)
@@ -266,7 +266,7 @@ def _learn(
             if learns and short.queue_veh[g] <= NOT_LEARNED_FROM_VEH:
                 before, treated = short.row[g], short.treatment[g]
                 after = discount * table.residual[row, treatment]
-                error = merits.error[g] + after - table.residual[before, treated]
+                error = gains.error[g] + after - table.residual[before, treated]
                 learn_part(table, before, treated, error)
     scratch.lookups[0] += known
     scratch.lookups[1] += groups.lanes.shape[0] - known
