@@ -9,7 +9,7 @@ from dmil.controllers import Situation, make_controller
 from dmil.controllers.announcements import Announcements
 from dmil.controllers.choice import DRAWS
 from dmil.memory import append, make_rows
-from dmil.memory.patterns import PROBE, covers, find_pattern
+from dmil.memory.patterns import PROBE, find_pattern
 from dmil.network import grid
 from dmil.scenarios import SignalTiming
 from dmil.seeding import stream
@@ -29,6 +29,13 @@ def plainly_covers(key, pattern, reach):
 def plainly_found(keys, pattern, reach):
     """Return the oldest key that covers a pattern."""
     return next((i for i, k in enumerate(keys) if plainly_covers(k, pattern, reach)), -1)
+
+
+def covers(key, pattern, reach):
+    """Tell whether a table of one key finds it for a pattern."""
+    rows = make_rows(1, 1, key.size, 0)
+    append(rows, 0, key)
+    return find_pattern(rows, 0, pattern[None], reach, np.zeros((1, key.size), np.int32)) == 0
 
 
 @pytest.mark.parametrize("reach", [0, 1, 2, 3])
