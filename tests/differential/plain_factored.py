@@ -190,11 +190,11 @@ class PlainFactored:
     def choose(self, shown, green):
         phases = []
         for i, node in enumerate(self.network.intersections):
-            best, highest = 0, -math.inf
-            for p, phase in enumerate(node.phases):
-                merit = self.merit(node, phase, green) + 2 * TIE * (p == shown[i])
-                if merit > highest + TIE:
-                    best, highest = p, merit
+            merits = [self.merit(node, phase, green) for phase in node.phases]
+            best = max(int(shown[i]), 0)
+            for p, merit in enumerate(merits):
+                if merit > merits[best] + TIE:
+                    best = p
             phases.append(best)
         return np.array(phases)
 

@@ -55,22 +55,47 @@ def test_classes_are_as_they_are_defined(reach):
     assert 4**3 <= covered < 4**3 * 7**3 / 2
 
 
-@pytest.mark.parametrize("reach", [0, 1, 2])
-def test_the_first_key_that_covers_a_pattern_has_it(reach):
-    rng = stream(reach, "patterns")
-    rows, keys, older = make_rows(1, 1500, 4, 0), [], 0
-    key = np.zeros((1, 4), np.int32)
-    for pattern in rng.poisson(3.0, (1500, 4)).astype(np.int32):
-        row = find_pattern(rows, 0, pattern[None], reach, key)
-        assert row == plainly_found(keys, pattern.tolist(), reach)
+@pytest.mark.parametrize("reach", [0, 1, 2, 3])
+@pytest.mark.parametrize("places", [3, 8, 16])
+def test_the_first_key_that_covers_a_pattern_has_it(places, reach):
+    """Two owners; a third of the patterns are multiples of keys, a third are a little above."""
+    rng = stream(reach, "patterns", places)
+    rows, keys = make_rows(2, 900, places, 0), ([], [])
+    key, hits = np.zeros((1, places), np.int32), {"probed": 0, "compared": 0, "divided": 0}
+    for number in range(1500):
+        owner = number % 2
+        pattern = rng.poisson(2.0, places).astype(np.int32)
+        if keys[owner] and number % 3:
+            base = np.array(keys[owner][rng.integers(len(keys[owner]))], np.int32)
+            multiple = number % 3 == 1
+            pattern = base * 2 if multiple else base + rng.integers(0, 2, places, dtype=np.int32)
+        row = find_pattern(rows, owner, pattern[None], reach, key)
+        assert row == plainly_found(keys[owner], pattern.tolist(), reach)
         if row == -1:
-            append(rows, 0, pattern)
-            keys.append(pattern.tolist())
-        else:
-            older += keys[row] != pattern.tolist()
-    # Enough for both ways to it: comparing all keys, and looking up those that cover the pattern.
-    assert len(keys) > 2 * PROBE * (reach + 1) ** 4 or reach > 1
-    assert (older > 50) == (reach > 0)
+            append(rows, owner, pattern)
+            keys[owner].append(pattern.tolist())
+        elif keys[owner][row] != pattern.tolist():
+            below = np.prod(1.0 + np.minimum(reach, pattern)) * PROBE < len(keys[owner])
+            hits["probed" if below else "compared"] += 1
+            hits["divided"] += keys[owner][row] == (pattern / 2).tolist()
+    assert (hits["divided"] > 20) == (reach >= 2)
+    assert (hits["compared"] > 20) == (reach >= 1)
+    # Few places: few keys can cover a pattern, and they are looked up.
+    assert hits["probed"] > 20 or places > 3 or reach not in (1, 2)
+
+
+@pytest.mark.parametrize("older", ["half", "below"])
+@pytest.mark.parametrize("others", [0, 5000])
+def test_of_two_keys_that_cover_a_pattern_the_older_has_it(others, older):
+    """By comparing keys, and with many others by looking them up."""
+    rows, key = make_rows(1, 5002, 4, 0), np.zeros((1, 4), np.int32)
+    pattern = np.array([4, 2, 6, 2], np.int32)
+    covering = {"half": pattern // 2, "below": pattern - 1}
+    append(rows, 0, covering.pop(older))
+    for number in range(others):
+        append(rows, 0, np.array([20 + number, 0, 0, 0], np.int32))
+    append(rows, 0, covering.popitem()[1])
+    assert find_pattern(rows, 0, pattern[None], 2, key) == 0
 
 
 def plain_ahead(network, seen, timing, flow):

@@ -26,24 +26,19 @@ class Announcements:
         interval_s = situation.decision_interval_s
         most = max(len(item.movements) for item in network.intersections)
         phases = max(len(item.phases) for item in network.intersections)
-        links = len(network.links)
         shape = len(network.intersections), most
-        # Padding has an index of its own after those of the links, where nobody ever queues.
-        self._exit_link = np.full(shape, links, np.int32)
-        self._queue_link = np.full(shape, links, np.int32)
+        self._queue_link, self._exit_link = network.slot_links
         self._flow_veh_per_s = np.zeros(shape)
         # The last row is that of no phase: only what needs no signal is served.
         self._served = np.zeros((shape[0], phases + 1, most), np.bool_)
         for i, item in enumerate(network.intersections):
             for j, movement in enumerate(item.movements):
-                self._exit_link[i, j] = network.link_index[movement.to_link]
-                self._queue_link[i, j] = network.link_index[movement.from_link]
                 lanes = max(1, len(movement.lanes))
                 self._flow_veh_per_s[i, j] = dynamics.saturation_flow_veh_per_s * lanes
             for p, phase in enumerate(item.phases):
                 self._served[i, p, sorted(phase)] = True
             self._served[i, :, sorted(item.unsignalled)] = True
-        on_link = np.bincount(self._queue_link.ravel(), minlength=links + 1)
+        on_link = np.bincount(self._queue_link.ravel(), minlength=len(network.links) + 1)
         self._movements = np.maximum(on_link, 1)
         travel_s = np.array([link.free_flow_time_s for link in network.links])
         self._interval_s = interval_s
@@ -69,5 +64,5 @@ class Announcements:
         )
         inflow = (on_link / self._movements)[self._queue_link]
         inflow[self._queue_link == self._movements.size - 1] = 0.0
-        ahead = queue - leaving + observation.approaching_veh + inflow
+        ahead: FloatArray = queue - leaving + observation.approaching_veh + inflow
         return np.floor(ahead + 0.5).astype(np.int32)

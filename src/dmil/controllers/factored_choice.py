@@ -9,8 +9,8 @@ import numpy as np
 from dmil.compilation import kernel
 from dmil.controllers.lane_groups import Indices, LaneGroups
 from dmil.controllers.lane_sight import (
-    NONE,
     ONE,
+    ZERO,
     announce,
     count_arrivals,
     expect_announced,
@@ -46,7 +46,7 @@ ROWS = SIGHTS * RATES
 NOT_LEARNED_FROM_VEH = np.float32(20.0)
 """Longest queue that is learned from: beyond, the prior's line goes on with the last residual."""
 TIE = np.float32(2e-4)
-"""Sums of 32-bit numbers that ought to be equal differ by less, up to a thousand vehicles."""
+"""Sums of gains that ought to be equal differ by less, as long as they are below a thousand."""
 
 
 class Weights(NamedTuple):
@@ -168,7 +168,7 @@ def _weigh(
 ) -> None:
     """Find the rows of all groups, and what each gains from green."""
     count, row, learned = groups.lanes.shape[0], scratch.row, gains.learned
-    used = ONE if weights.use_rates else NONE
+    used = ONE if weights.use_rates else ZERO
     for g in range(count):
         row[g] = _row(scratch.queue_veh[g], scratch.expected_veh[g], used * short.rate_veh[g])
     vehicle, after_switch = np.float32(weights.vehicle), np.float32(weights.after_switch)
@@ -207,24 +207,27 @@ def _add_waves(groups: LaneGroups, scratch: Scratch, gains: Gains) -> None:
 @kernel
 def _choose(groups: LaneGroups, seen: Seen, gains: Gains, phases: IntArray) -> None:
     """Choose for every intersection the phase with the highest sum of gains."""
-    highest, gain = gains.highest, gains.gain
+    highest, total = gains.highest, gains.total
+    for phase in range(total.shape[0]):
+        _add_up(groups.served_block[:, phase], gains.gain, total[phase])
     for i in range(phases.shape[0]):
-        phases[i] = 0
-        highest[i] = np.float32(-np.inf)
-    for phase in range(groups.served_block.shape[1]):
-        number, total = np.int32(phase), gains.total[phase]
-        _add_up(groups.served_block[:, phase], gain, total)
+        # Of equally good phases the one shown stays, else the first is taken.
+        phases[i] = max(seen.shown[i], 0)
+        highest[i] = total[phases[i], i]
+    for phase in range(total.shape[0]):
+        number, gained = np.int32(phase), total[phase]
         for i in range(phases.shape[0]):
-            # Of equally good phases the one shown stays, else the first is taken.
-            gained = total[i] + (TIE + TIE if seen.shown[i] == number else NONE)
-            better = gained > highest[i] + TIE
+            better = gained[i] > highest[i] + TIE
             phases[i] = number if better else phases[i]
-            highest[i] = gained if better else highest[i]
+            highest[i] = gained[i] if better else highest[i]
 
 
 @kernel
 def _add_up(served: Indices, gain: Single, total: Single) -> None:
-    """Add up what is gained by a phase of every intersection: (groups served, intersections)."""
+    """Add up what is gained by a phase of every intersection: (groups served, intersections).
+
+    A phase that an intersection does not have gains what its first place holds: minus infinity.
+    """
     for i in range(total.shape[0]):
         total[i] = gain[served[0, i]]
     for k in range(1, served.shape[0]):

@@ -54,7 +54,8 @@ class LaneGroups(NamedTuple):
     served_block: (most groups of a phase, most phases, intersections) uint32
         The same as a block: group, plus the number of groups where it is served in part, so that
         it is a place among ``ways * groups`` gains. Where a phase serves fewer groups: the place
-        behind them; where an intersection has fewer phases: the one behind that.
+        behind them; where an intersection has fewer phases: the one behind that. It is as wide as
+        the widest intersection needs.
     flow_offset: (phases + 1,) uint32
         Where the movements that may go in a phase, with and without a signal, begin in ``flows``.
     flows: (movements of all phases,) uint32

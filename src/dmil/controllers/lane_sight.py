@@ -25,7 +25,8 @@ from dmil.controllers.lane_state import (
     Whole,
 )
 
-NONE, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
+ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
+"""A plain number would lift what it meets to 64 bits."""
 SMALLEST_RATE_VEH = np.float32(0.05)
 """Added to the rate of every lane group when inflow is divided: no group gets none for ever."""
 RATED_ENOUGH = np.float32(1000.0)
@@ -96,14 +97,15 @@ def count_arrivals(
     for g in range(groups.lanes.shape[0]):
         treated, queue_veh, rate_veh = short.treatment[g], scratch.queue_veh[g], short.rate_veh[g]
         left_veh = green_part(treated, after) * groups.lane_veh[g]
-        joined_veh = max(NONE, queue_veh - short.queue_veh[g] + left_veh)
-        tells = treated == RED or (treated != PARTLY and queue_veh > NONE)
+        joined_veh = max(ZERO, queue_veh - short.queue_veh[g] + left_veh)
+        tells = treated == RED or (treated != PARTLY and queue_veh > ZERO)
         if use_approaching and groups.all_seen[g]:
             tells, joined_veh = True, short.expected_veh[g]
         rated = min(short.rated[g] + ONE, RATED_ENOUGH)
         step = max(own_step, ONE / (ONE + rated))
+        step = own_step if short.rated[g] == RATED_ENOUGH else step
         short.rated[g] = rated if tells else short.rated[g]
-        short.rate_veh[g] = rate_veh + (step * (joined_veh - rate_veh) if tells else NONE)
+        short.rate_veh[g] = rate_veh + (step * (joined_veh - rate_veh) if tells else ZERO)
 
 
 @kernel
@@ -111,7 +113,7 @@ def expect_by_rate(groups: LaneGroups, expected: float, short: ShortTerm, scratc
     """Expect unseen vehicles where no intersection announces them; add up rates by link."""
     weight, link_rate_veh = np.float32(expected), scratch.link_rate_veh
     for link in range(link_rate_veh.shape[0]):
-        link_rate_veh[link] = NONE
+        link_rate_veh[link] = ZERO
     for g in range(groups.lanes.shape[0]):
         rate_veh = groups.lanes[g] * (short.rate_veh[g] + SMALLEST_RATE_VEH)
         link_rate_veh[groups.link[g]] += rate_veh
@@ -126,8 +128,8 @@ def announce(
     """Note on every link how much of its end will be green and who will come in time."""
     green, inflow_veh = scratch.green, scratch.inflow_veh
     for link in range(green.shape[0]):
-        green[link] = NONE
-        inflow_veh[link] = NONE
+        green[link] = ZERO
+        inflow_veh[link] = ZERO
     for i in range(phases.shape[0]):
         phase = groups.phase_offset[i] + phases[i]
         for place in range(groups.served_offset[phase], groups.served_offset[phase + 1]):
@@ -163,12 +165,12 @@ def find_waves(groups: LaneGroups, weight: float, scratch: Scratch) -> None:
         green[link] *= groups.unseen[link]
     for g in range(groups.lanes.shape[0]):
         first, last = groups.slot_offset[g], groups.slot_offset[g + 1]
-        ahead = NONE
+        ahead = ZERO
         for place in range(first, last):
             ahead += green[groups.ahead[groups.slots[place]]]
-        waits = scratch.queue_veh[g] + scratch.expected_veh[g] > NONE
+        waits = scratch.queue_veh[g] + scratch.expected_veh[g] > ZERO
         wave = np.float32(weight) * ahead / np.float32(last - first)
-        scratch.wave[g] = wave if waits else NONE
+        scratch.wave[g] = wave if waits else ZERO
 
 
 @kernel
@@ -196,6 +198,6 @@ def served_wholly(shown: int, after_switch: float) -> int:
 @kernel
 def green_part(treatment: int, after_switch: Real) -> Real:
     """Return the part of an interval of green that a treatment is worth by the prior."""
-    part = after_switch if treatment == SWITCHED else NONE
+    part = after_switch if treatment == SWITCHED else ZERO
     part = HALF * after_switch if treatment == PARTLY else part
     return ONE if treatment == KEPT else part

@@ -292,7 +292,7 @@ def _learn(
                 count_outcome(table, row, treated)
             short.queue_veh[g] = scratch.queue_veh[g]
             short.expected_veh[g] = scratch.expected_veh[g]
-            short.row[g] = sight_bin(scratch.queue_veh[g], scratch.expected_veh[g])
+            short.row[g] = sight_bin(float(scratch.queue_veh[g]), float(scratch.expected_veh[g]))
             short.treatment[g] = scratch.treatment[g]
             known += table.times[short.row[g], short.treatment[g]] > 0
     scratch.lookups[0] += known

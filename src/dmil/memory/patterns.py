@@ -52,8 +52,11 @@ def find_pattern(rows: Rows, owner: int, pattern: IntArray, reach: int, key: Int
 @kernel
 def _oldest_divisor(rows: Rows, owner: int, pattern: IntArray, reach: int, key: IntArray) -> int:
     """Look up every key of which the pattern is a multiple; return the oldest row, or `ABSENT`."""
-    oldest = ABSENT
-    for multiple in range(2, reach + 1):
+    oldest, largest = ABSENT, 0
+    for count in pattern:
+        largest = max(largest, count)
+    # Greater multiples are of zeros only, which were looked up.
+    for multiple in range(2, min(reach, largest) + 1):
         divides, place = True, 0
         while divides and place < pattern.shape[0]:
             divides = pattern[place] % multiple == 0

@@ -273,11 +273,13 @@ class RoadNetwork:
 
     @cached_property
     def slot_links(self) -> npt.NDArray[np.int32]:
-        """Links from and to of movements: (2, intersections, most movements), padded: no link."""
-        most = max(len(node.movements) for node in self.intersections)
+        """Links from, to of movements: (2, intersections, most movements); for none len(links)."""
+        most, index = max(len(node.movements) for node in self.intersections), self.link_index
         found = np.full((2, len(self.intersections), most), len(self.links), np.int32)
-        for links, (i, j) in self.movement_index.items():
-            found[:, i, j] = links
+        for i, node in enumerate(self.intersections):
+            for j, move in enumerate(node.movements):
+                found[:, i, j] = index[move.from_link], index[move.to_link]
+        found.flags.writeable = False
         return found
 
     @property

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.compilation import kernel
+from dmil.errors import InputError
 from dmil.network import RoadNetwork
 
 FloatArray = npt.NDArray[np.float64]
@@ -21,14 +22,25 @@ def movement_pressure(queue_veh: npt.NDArray[np.integer], network: RoadNetwork) 
     Parameters
     ----------
     queue_veh: (intersections, orientations) int
-        Vehicles queued.
+        Vehicles queued; as many orientations as the widest intersection has movements.
     network
         The roads.
 
     Returns
     -------
     pressure_veh: (intersections, orientations) float64
+
+    Raises
+    ------
+    InputError
+        The queues are not those of this network.
     """
+    if queue_veh.shape != network.slot_links.shape[1:]:
+        raise InputError(
+            f"queues of shape {queue_veh.shape}",
+            where=f"observation on network '{network.name}'",
+            expected=f"{network.slot_links.shape[1:]}: intersections, and movements of the widest",
+        )
     links, size = network.slot_links.reshape(2, -1), len(network.links) + 1
     queue, pressure_veh = queue_veh.astype(np.float64), np.empty(queue_veh.shape)
     fill_pressure(queue.ravel(), links, np.zeros(size), np.zeros(size), pressure_veh.ravel())

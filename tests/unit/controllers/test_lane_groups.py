@@ -79,6 +79,21 @@ def test_movements_that_share_lanes_are_one_group():
             assert groups.served_block[0, p, 0] == groups.lanes.size * groups.partly[place]
 
 
+def test_the_block_is_padded_where_others_have_more():
+    """Of two intersections the second has one phase fewer, and one phase that serves nobody."""
+    network = grid(1, 2)
+    first, second = network.intersections
+    phases = (*second.phases[:-2], second.unsignalled)
+    network = replace(network, intersections=(first, replace(second, phases=phases)))
+    groups = groups_of(network)
+    assert groups.served_block.shape == (2, 8, 2)
+    nothing, no_phase = groups.lanes.size, groups.lanes.size + 1
+    assert groups.served_block[:, 6, 1].tolist() == [nothing, nothing]
+    assert groups.served_block[:, 7, 1].tolist() == [no_phase, nothing]
+    rest = np.delete(groups.served_block.reshape(2, -1), [13, 15], axis=1)
+    assert rest.max() < groups.lanes.size
+
+
 def test_lanes_shared_through_a_third_movement_join_groups():
     network = with_lanes(grid(1, 1), {0: (0,), 1: (1,), 2: (2,)})
     node = network.intersections[0]

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from dmil.errors import InputError
 from dmil.network import grid
 from dmil.seeding import stream
 from dmil.simulation.pressure import movement_pressure
@@ -54,3 +55,9 @@ def test_pressure_is_the_literal_formula(name, seed, request):
     np.testing.assert_allclose(pressure_veh, literal(queue_veh, network), atol=1e-12)
     for i, node in enumerate(network.intersections):
         assert (pressure_veh[i, len(node.movements) :] == 0).all()
+
+
+@pytest.mark.parametrize("shape", [(2, 16), (2, 11), (1, 12)])
+def test_queues_of_another_network_are_refused(shape):
+    with pytest.raises(InputError, match=r"queues of shape .* expected \(2, 12\)"):
+        movement_pressure(np.zeros(shape, np.int32), grid(1, 2))

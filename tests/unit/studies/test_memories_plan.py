@@ -5,7 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from dmil.controllers import CONTROLLERS
+from dmil.controllers import CONTROLLERS, make_controller
+from dmil.controllers.variants import parse_variant
 from dmil.errors import DivergedError, InputError, UnknownNameError
 from dmil.studies.memories import MemoriesStudySettings, memories_identity
 from dmil.studies.memories import unit as units_module
@@ -78,7 +79,19 @@ def test_ablations_go_with_the_default_controllers_or_are_named():
     assert contenders(named)[-1] == "factored,wave=0"
     configuration = memories_identity(MemoriesStudySettings())["configuration"]
     assert configuration["ablations"] == list(ABLATIONS)
-    assert all(label in CONTROLLERS or label.startswith("factored,") for label in ABLATIONS)
+    none = MemoriesStudySettings(ablations=("none",), deep=False)
+    assert contenders(none) == [name for name in CONTENDERS if name not in DEEP]
+    for label in ABLATIONS:
+        variant = parse_variant(label)
+        assert variant.label == label
+        make_controller(variant.name, variant.options)
+
+
+def test_the_vehicles_of_a_seed_are_drawn_once():
+    cell = Cell("grid:1x1")
+    one, again, other = (units_module._vehicles(cell, 300, None, seed) for seed in (4, 4, 5))
+    assert one is again
+    assert other is not one
 
 
 def test_a_cell_is_named_by_scenario_and_load():

@@ -48,6 +48,7 @@ ABLATIONS = (
     "factored,expected=0,wave=0",
 )
 """Factored memory without one ingredient each, and without any announcement."""
+NO_ABLATION = "none"
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +112,8 @@ def contenders(settings: MemoriesStudySettings) -> list[str]:
 
 def ablations(settings: MemoriesStudySettings) -> list[str]:
     """Return the labels of those that the report shows in a table of their own (ours)."""
+    if settings.ablations == (NO_ABLATION,):
+        return []
     chosen = settings.ablations or (() if settings.controllers else ABLATIONS)
     return [parse_variant(text).label for text in chosen]
 

@@ -26,7 +26,8 @@ class MemoriesStudySettings(BaseModel):
     ablations: tuple[str, ...] = Field(
         (),
         description="More controllers, which the report shows in a table of their own; by default "
-        "factored memory without one ingredient each, and none beside chosen controllers.",
+        "factored memory without one ingredient each, or none beside chosen controllers; none: "
+        "none.",
     )
     cells: tuple[str, ...] = Field(
         (),
