@@ -8,7 +8,7 @@ RED, KEPT, SWITCHED, PARTLY = range(4)
 QUEUE_BINS = [*range(9), 9, 11, 15]
 SINGLE = np.float32
 RATE_EDGES = tuple(SINGLE(edge) for edge in (0.15, 0.4, 0.8, 1.5, 3.0))
-TIE = 2e-4
+TIE, TIE_PART = 2e-4, 4e-7
 DEFAULTS = {
     "approaching": True,
     "rates": True,
@@ -190,11 +190,12 @@ class PlainFactored:
     def choose(self, shown, green):
         phases = []
         for i, node in enumerate(self.network.intersections):
-            merits = [self.merit(node, phase, green) for phase in node.phases]
-            best = max(int(shown[i]), 0)
-            for p, merit in enumerate(merits):
-                if merit > merits[best] + TIE:
-                    best = p
+            best, highest = 0, -math.inf
+            for p, phase in enumerate(node.phases):
+                tie = max(TIE, TIE_PART * highest)
+                merit = self.merit(node, phase, green) + 2 * tie * (p == shown[i])
+                if merit > highest + tie:
+                    best, highest = p, merit
             phases.append(best)
         return np.array(phases)
 

@@ -45,8 +45,8 @@ RATES = len(RATE_EDGES_VEH) + 1
 ROWS = SIGHTS * RATES
 NOT_LEARNED_FROM_VEH = np.float32(20.0)
 """Longest queue that is learned from: beyond, the prior's line goes on with the last residual."""
-TIE = np.float32(2e-4)
-"""Sums of gains that ought to be equal differ by less, as long as they are below a thousand."""
+TIE, TIE_PART = np.float32(2e-4), np.float32(4e-7)
+"""Sums of gains that ought to be equal differ by less, or by less than this part of them."""
 
 
 class Weights(NamedTuple):
@@ -211,15 +211,17 @@ def _choose(groups: LaneGroups, seen: Seen, gains: Gains, phases: IntArray) -> N
     for phase in range(total.shape[0]):
         _add_up(groups.served_block[:, phase], gains.gain, total[phase])
     for i in range(phases.shape[0]):
-        # Of equally good phases the one shown stays, else the first is taken.
-        phases[i] = max(seen.shown[i], 0)
-        highest[i] = total[phases[i], i]
+        phases[i] = 0
+        highest[i] = -np.float32(np.inf)
     for phase in range(total.shape[0]):
-        number, gained = np.int32(phase), total[phase]
+        number = np.int32(phase)
         for i in range(phases.shape[0]):
-            better = gained[i] > highest[i] + TIE
+            # Of equally good phases the one shown stays, else the first is taken.
+            tie = max(TIE, TIE_PART * highest[i])
+            gained = total[phase, i] + (tie + tie if seen.shown[i] == number else ZERO)
+            better = gained > highest[i] + tie
             phases[i] = number if better else phases[i]
-            highest[i] = gained[i] if better else highest[i]
+            highest[i] = gained if better else highest[i]
 
 
 @kernel
