@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from dmil.errors import OutputError
@@ -58,6 +60,52 @@ def write_text_atomically(path: Path, text: str) -> None:
         unfinished.write_text(text, encoding="utf-8")
 
     write_atomically(path, write)
+
+
+@contextmanager
+def held(lock: Path, *, where: Path, work: str) -> Iterator[None]:
+    """Keep other processes out of a piece of work, by a file that is there as long as this one.
+
+    The system releases it when this process ends, in whatever way (ours).
+
+    Parameters
+    ----------
+    lock
+        The file.
+    where, work
+        What it stands for, for the error.
+
+    Raises
+    ------
+    OutputError
+        Another process has it, or the folder cannot be written.
+    """
+    try:
+        lock.parent.mkdir(parents=True, exist_ok=True)
+        file = lock.open("a", encoding="utf-8")
+    except OSError as error:
+        raise OutputError(
+            f"cannot be made or written ({error.strerror})",
+            where=str(lock.parent),
+            mend="choose another --out",
+        ) from None
+    with file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            # Who held it until just now removed the file; another one may hold a new file already.
+            alone = os.path.samestat(os.fstat(file.fileno()), lock.stat())
+        except OSError:
+            alone = False
+        if not alone:
+            raise OutputError(
+                f"another process is at work on this {work}",
+                where=str(where),
+                mend="wait for its end, or choose another --out",
+            )
+        try:
+            yield
+        finally:
+            lock.unlink(missing_ok=True)
 
 
 def _umask() -> int:

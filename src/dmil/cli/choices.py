@@ -205,7 +205,10 @@ def accepted(controller: str, options: dict[str, Any]) -> dict[str, Any]:
         settings = CONTROLLERS[controller].settings
         known = set(settings.model_fields) if settings else set()
     else:
-        parameters = inspect.signature(import_object(controller, "controller")).parameters.values()
+        found = import_object(controller, "controller")
+        if not callable(found):
+            return options  # making it will say so
+        parameters = inspect.signature(found).parameters.values()
         if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
             return options
         known = {parameter.name for parameter in parameters}

@@ -24,6 +24,7 @@ from dmil.cli.configuration import (
 )
 from dmil.cli.options import Config, Debug, Json, PrintConfig
 from dmil.cli.terminal import print_json
+from dmil.errors import InputError
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -90,12 +91,21 @@ class Option:
         ]
 
     def value(self, given: Any, kind: type[BaseModel]) -> Any:
-        """Return the value of the field for what was typed."""
+        """Return the value of the field for what was typed.
+
+        Raises
+        ------
+        InputError
+            It is an empty list, as where a variable of the shell is not set.
+        """
+        value = given
         if self.read is not None:
-            return self.read(given)
-        if typing.get_origin(base_type(field_at(kind, self.path).annotation)) is tuple:
-            return given if self.many else split(given)
-        return given
+            value = self.read(given)
+        elif typing.get_origin(base_type(field_at(kind, self.path).annotation)) is tuple:
+            value = given if self.many else split(given)
+        if value == []:
+            raise InputError(f"found '{given}'", where=self.flag, expected="one name or more")
+        return value
 
 
 def split(text: str) -> list[str]:

@@ -226,7 +226,7 @@ def _as_tuned(settings: TrainParameters, path: Path) -> TrainParameters:
         raise InputError(
             f"options of '{tuned.controller}', not of '{given.name}'",
             where=f"--tuned {path}",
-            mend="leave out --controller, or name that one",
+            mend=f"give --controller {tuned.controller}, or neither --controller nor --set",
         )
     options = tuned.chosen | (given.options if given else {})
     controller = ControllerChoice(**{"name": tuned.controller, **options})

@@ -28,7 +28,7 @@ from dmil.controllers.variants import Variant
 from dmil.errors import InputError
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.studies import LocalExecutor, compile_kernels
-from dmil.studies.tuning import Tuned, TuningSettings
+from dmil.studies.tuning import Tuned, TuningSettings, check_tuning
 from dmil.studies.tuning import tune as tune_one
 from dmil.studies.tuning.record import ENDING
 
@@ -120,9 +120,14 @@ def tune(settings: TuneParameters, json: bool) -> None:
         with waiting("First start: compiling kernels, once …"):
             compile_kernels()
     found: list[tuple[Path, Tuned]] = []
+    paths = {label: settings.out / f"{label}{ENDING}" for label in variants}
+    choices = {"simulator": settings.simulator, "reward": settings.reward}
+    # What is wrong with the last one shows before the first one has run for hours.
+    for label, variant in variants.items():
+        check_tuning(recipe, variant, settings.tuning, paths[label], **choices)
     with LocalExecutor(settings.jobs) as executor:
         for label, variant in variants.items():
-            path = settings.out / f"{label}{ENDING}"
+            path = paths[label]
             try:
                 with progress(f"runs of {label}") as advance:
                     tuned = tune_one(
@@ -130,8 +135,7 @@ def tune(settings: TuneParameters, json: bool) -> None:
                         variant,
                         settings.tuning,
                         path,
-                        simulator=settings.simulator,
-                        reward=settings.reward,
+                        **choices,
                         executor=executor,
                         progress=advance,
                     )

@@ -87,6 +87,8 @@ def read_options(texts: Iterable[str], *, where: str) -> dict[str, Any]:
 
 
 def _value(text: str) -> Any:
+    if text.lower() in ("true", "false"):
+        return text.lower() == "true"
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import json
-import os
 import shutil
 import time
 from dataclasses import asdict, fields
@@ -15,7 +13,7 @@ from typing import Any
 import polars as pl
 
 from dmil.errors import OutputError
-from dmil.files import write_atomically, write_text_atomically
+from dmil.files import held, write_atomically, write_text_atomically
 from dmil.results import TABLES, write_manifest, write_results
 from dmil.results.manifest import MANIFEST_FILE
 from dmil.studies.block import BlockResult
@@ -56,23 +54,14 @@ class StudyStore:
 
     def __enter__(self) -> StudyStore:
         self._check()
-        try:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            self._held = (self.folder / LOCK_FILE).open("a", encoding="utf-8")
-        except OSError as error:
-            raise OutputError(
-                f"cannot be made or written ({error.strerror})",
-                where=str(self.folder),
-                mend="choose another --out",
-            ) from None
-        self._lock()
+        self._lock = held(self.folder / LOCK_FILE, where=self.folder, work="study")
+        self._lock.__enter__()
         self._write_json(IDENTITY_FILE, self.identity)
         return self
 
     def __exit__(self, *exception: object) -> None:
         self.flush()
-        (self.folder / LOCK_FILE).unlink(missing_ok=True)
-        self._held.close()
+        self._lock.__exit__(None, None, None)
 
     @property
     def complete(self) -> bool:
@@ -146,23 +135,6 @@ class StudyStore:
                 f"it holds another study, with other {', '.join(different)}",
                 where=str(self.folder),
                 mend="choose another --out, or give the same options to continue that study",
-            )
-
-    def _lock(self) -> None:
-        # The system releases it when this process ends, in whatever way.
-        path = self.folder / LOCK_FILE
-        try:
-            fcntl.flock(self._held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            # Who held it until just now removed the file; another one may hold a new file already.
-            alone = os.path.samestat(os.fstat(self._held.fileno()), path.stat())
-        except OSError:
-            alone = False
-        if not alone:
-            self._held.close()
-            raise OutputError(
-                "another process is at work on this study",
-                where=str(self.folder),
-                mend="wait for its end, or choose another --out",
             )
 
     def _part_files(self, table: str) -> list[Path]:

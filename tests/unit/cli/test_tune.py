@@ -111,3 +111,26 @@ def test_recorded_vehicles_are_told(dmil, tmp_path):
     run = ("tune", "--scenario", "resco/cologne1", "--steps", 60, *SMALL)
     dmil(*run, "--controller", "random", "--out", tmp_path)
     assert "the same in every seed" in dmil.err
+
+
+@pytest.mark.parametrize(
+    ("last", "message"),
+    [
+        ("max-presure", "Did you mean 'max-pressure'"),
+        ("max-pressure,aproaching=true", "Did you mean 'approaching'"),
+        ("sarsa", "a budget of 50 runs; expected at least"),
+    ],
+)
+def test_what_is_wrong_with_the_last_one_shows_before_the_first_is_run(
+    last, message, dmil, tmp_path
+):
+    named = ("--controller", "fixed-cycle", "--controller", last)
+    small = ("--budget", 50, "--check-seeds", 5, "--episodes", 1, "--jobs", 1)
+    dmil("tune", *RUN, *small, *named, "--out", tmp_path / "tuned", code=2)
+    assert message in dmil.err
+    assert not (tmp_path / "tuned").exists()
+
+
+def test_a_list_that_is_empty_is_no_default(dmil, tmp_path):
+    dmil("study", "memories", "--cells", "", "--out", tmp_path / "x", code=2)
+    assert "--cells: found ''; expected one name or more" in dmil.err

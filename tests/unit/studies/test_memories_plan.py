@@ -131,6 +131,8 @@ def test_cities_come_from_the_folder_of_data(data):
         ({"controllers": ("max-presure",)}, "Did you mean 'max-pressure'"),
         ({"controllers": ("max-pressure,aproaching=true",)}, "Did you mean 'approaching'"),
         ({"reward": "queues"}, "queue"),
+        ({"controllers": ("foresight",), "cells": ("grid:1x2",)}, "plans for a single"),
+        ({"controllers": ("foresight",), "cells": ("grid:1x2", "grid:1x1")}, None),
         ({"horizon_s": 20, "cells": ("grid:1x1",)}, None),
     ],
 )

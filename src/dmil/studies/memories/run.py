@@ -19,6 +19,7 @@ from dmil.studies.memories.plan import (
     ablations,
     cells,
     contenders,
+    fits,
     options_of,
     units,
 )
@@ -87,6 +88,13 @@ def check_memories_study(settings: MemoriesStudySettings) -> None:
         check_horizon(made.horizon_s, made.timing.decision_interval_s)
     for label in contenders(settings):
         make_controller(parse_variant(label).name, options_of(settings, label))
+    for label in settings.controllers:
+        if not any(fits(label, cell) for cell in cells(settings)):
+            raise InputError(
+                "it plans for a single intersection",
+                where=f"controller '{label}'",
+                expected="a cell with one intersection, such as grid:1x1",
+            )
     names = {parse_variant(label).name for label in contenders(settings)}
     if settings.tuned and not settings.tuned.keys() & names.union(contenders(settings)):
         raise InputError(

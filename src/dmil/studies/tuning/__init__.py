@@ -1,8 +1,16 @@
 """Tuning of controllers: the same budget for each, on seeds that no test has."""
 
 from dmil.studies.tuning.record import Tuned, load_tuned, load_tuned_folder
-from dmil.studies.tuning.run import tune
+from dmil.studies.tuning.run import check_tuning, tune
 from dmil.studies.tuning.settings import TuningSettings
 from dmil.studies.tuning.spaces import search_space
 
-__all__ = ["Tuned", "TuningSettings", "load_tuned", "load_tuned_folder", "search_space", "tune"]
+__all__ = [
+    "Tuned",
+    "TuningSettings",
+    "check_tuning",
+    "load_tuned",
+    "load_tuned_folder",
+    "search_space",
+    "tune",
+]

@@ -172,11 +172,21 @@ def load_tuned(path: Path) -> Tuned:
             where=where,
             mend="give the same dmil tune command again: it goes on",
         )
-    if tuned.controller not in CONTROLLERS:
+    if ":" not in tuned.controller and tuned.controller not in CONTROLLERS:
         raise unknown_name("controller", tuned.controller, CONTROLLERS, where=where)
-    settings = CONTROLLERS[tuned.controller].settings
+    entry = CONTROLLERS.get(tuned.controller)
+    settings = entry.settings if entry else None
     if settings is not None:
         make_settings(settings, tuned.chosen, where=f"{where}: controller '{tuned.controller}'")
+    # Who has no option to tune has no trials.
+    values = [each.values for each in tuned.trials] or [{}]
+    if tuned.best >= len(values) or tuned.chosen != tuned.fixed | values[tuned.best]:
+        raise InputError(
+            "damaged: what is chosen is not its best trial",
+            where=where,
+            expected="a file as dmil tune wrote it",
+            mend="tune again",
+        )
     return tuned
 
 

@@ -15,6 +15,7 @@ import dmil
 from dmil.controllers import CONTROLLERS, make_controller
 from dmil.controllers.variants import Variant
 from dmil.errors import InputError, OutputError
+from dmil.files import held
 from dmil.rewards import make_reward
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import simulator_seed, tuning_seeds
@@ -74,10 +75,43 @@ def tune(
     InputError
         There is no such controller, option, scenario or reward, or the budget is too small.
     OutputError
-        The file holds another tuning, or cannot be written.
+        The file holds another tuning, another process is at work on it, or it cannot be written.
     MissingExtraError
         Without Optuna, or what the controller needs.
     """
+    with held(path.with_name(f"{path.name}.in-use"), where=path, work="tuning"):
+        return _tuned(recipe, variant, settings, path, simulator, reward, executor, progress)
+
+
+def check_tuning(
+    recipe: ScenarioRecipe,
+    variant: Variant,
+    settings: TuningSettings,
+    path: Path,
+    *,
+    simulator: str = "queue",
+    reward: str = "diffusion",
+) -> None:
+    """Find what is wrong with a tuning before anything is run; see `tune`.
+
+    Raises
+    ------
+    InputError, OutputError, MissingExtraError
+        As `tune` raises.
+    """
+    _Ledger(_about(recipe, variant, settings, simulator, reward), path)
+
+
+def _tuned(
+    recipe: ScenarioRecipe,
+    variant: Variant,
+    settings: TuningSettings,
+    path: Path,
+    simulator: str,
+    reward: str,
+    executor: Executor | None,
+    progress: Progress | None,
+) -> Tuned:
     about = _about(recipe, variant, settings, simulator, reward)
     ledger = _Ledger(about, path)
     if not about.space:
@@ -276,6 +310,9 @@ class _Ledger:
 
     def _earlier(self) -> Tuned | None:
         if not self._path.exists():
+            above = next(each for each in self._path.parents if each.exists())
+            if not above.is_dir():
+                raise OutputError("it is no folder", where=str(above), mend="choose another --out")
             return None
         found = read_tuned(self._path)
         different = [

@@ -9,11 +9,11 @@ from dmil.studies.tuning.record import TrialRecord, save_tuned
 SETTINGS = TuningSettings(check_seeds=2).model_dump(mode="json")
 
 
-def made(**changes):
+def made(values=None, **changes):
     scores = [float(number) for number in range(20)]
     trials = (
         TrialRecord(values={}, state="finished", mean=8.5, scores=scores),
-        TrialRecord(values={"green_s": 21.5}, state="finished", mean=7.5, scores=scores),
+        TrialRecord(values=values or {"green_s": 21.5}, state="finished", mean=7.5, scores=scores),
     )
     fields = {
         "dmil": "0",
@@ -48,12 +48,19 @@ def test_what_is_written_is_read_again_and_people_can_read_it(tmp_path):
 def test_a_folder_gives_the_options_of_every_controller(tmp_path):
     save_tuned(made(), tmp_path / "a.json")
     fixed = {"fixed": {"approaching": True}, "chosen": {"approaching": True, "hysteresis": 1.0}}
-    save_tuned(made(controller="max-pressure", **fixed), tmp_path / "b.json")
+    tuned = made({"hysteresis": 1.0}, controller="max-pressure", **fixed)
+    save_tuned(tuned, tmp_path / "b.json")
     found = load_tuned_folder(tmp_path)
     assert {each.label: each.chosen for each in found} == {
         "fixed-cycle": {"green_s": 21.5},
         "max-pressure,approaching=true": {"approaching": True, "hysteresis": 1.0},
     }
+
+
+def test_a_controller_of_ones_own_has_nothing_to_tune_and_is_read(tmp_path):
+    own = made(controller="mine:Own", chosen={}, space={}, trials=(), best=0, runs=0)
+    save_tuned(own, tmp_path / "a.json")
+    assert load_tuned(tmp_path / "a.json") == own
 
 
 def test_a_folder_without_any_is_told(tmp_path):
@@ -79,6 +86,9 @@ def test_one_that_cannot_be_read_is_told(tmp_path):
         ({"chosen": {"gren_s": 20}}, "Did you mean 'green_s'"),
         ({"chosen": {"green_s": -1}}, "green_s = -1; expected greater than 0"),
         ({"chosen": 3}, "damaged: chosen"),
+        ({"chosen": {}}, "damaged: what is chosen is not its best trial"),
+        ({"chosen": {"green_s": 22.0}}, "damaged: what is chosen is not its best trial"),
+        ({"best": 2}, "damaged: what is chosen is not its best trial"),
         ({"more": 3}, "damaged: more"),
         ({"settings": {}}, "damaged: 'seeds'"),
         ({"trials": [{"values": {}, "scores": [1.0]}]}, "1 scores in place of 20"),

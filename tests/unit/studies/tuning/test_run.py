@@ -5,10 +5,11 @@ import pytest
 
 from dmil.controllers.variants import parse_variant
 from dmil.errors import DivergedError, InputError, OutputError
+from dmil.files import held
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED, tuning_seeds
 from dmil.studies import LocalExecutor
-from dmil.studies.tuning import TuningSettings, load_tuned, tune
+from dmil.studies.tuning import TuningSettings, check_tuning, load_tuned, tune
 from dmil.studies.tuning.scoring import Judge
 from dmil.training import vehicles_of_seed
 
@@ -206,3 +207,18 @@ def test_defaults_that_diverge_are_one_clear_error(monkeypatch, tmp_path):
     monkeypatch.setattr(Judge, "score", diverging(lambda options: not options))
     with pytest.raises(InputError, match="a run with the defaults failed"):
         tuned(tmp_path / "a.json")
+
+
+def test_two_processes_do_not_tune_into_one_file(tmp_path):
+    path = tmp_path / "fixed-cycle.json"
+    lock, refused = path.with_name("fixed-cycle.json.in-use"), "at work on this tuning"
+    with held(lock, where=path, work="tuning"), pytest.raises(OutputError, match=refused):
+        tuned(path)
+    assert not path.exists()
+
+
+def test_what_is_wrong_with_the_folder_shows_before_anything_is_run(tmp_path):
+    (tmp_path / "file").touch()
+    for path in (tmp_path / "file" / "a.json", tmp_path / "file" / "deeper" / "a.json"):
+        with pytest.raises(OutputError, match="it is no folder"):
+            check_tuning(RECIPE, parse_variant("fixed-cycle"), SETTINGS, path)
