@@ -158,7 +158,7 @@ def tune(settings: TuneParameters, json: bool) -> None:
 def _lines(tuned: Tuned, path: Path) -> list[str]:
     """Return what a tuning found, for people."""
     told = tuned.summary()
-    head = f"{tuned.label} on {tuned.scenario}"
+    head = f"{tuned.label} on {tuned.cell}"
     if not tuned.space:
         return [f"{head}: no option to tune, budget 0"]
     lines = [

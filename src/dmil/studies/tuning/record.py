@@ -69,6 +69,12 @@ class Tuned(BaseModel):
         return Variant(self.controller, self.fixed).label
 
     @property
+    def cell(self) -> str:
+        """Scenario with its load, as in ``grid:3x3*2``."""
+        load = self.recipe.get("load", 1.0)
+        return self.scenario if load == 1.0 else f"{self.scenario}*{load:g}"
+
+    @property
     def simulated_s(self) -> int:
         """Simulated time that was spent, in s."""
         return self.runs * self.horizon_s
@@ -98,7 +104,7 @@ class Tuned(BaseModel):
         checked = self.leader > 0
         return {
             "controller": self.label,
-            "scenario": self.scenario,
+            "scenario": self.cell,
             "metric": self.settings["metric"],
             "reward": self.reward,
             "episodes": self.settings["episodes"],

@@ -63,6 +63,12 @@ def test_a_controller_of_ones_own_has_nothing_to_tune_and_is_read(tmp_path):
     assert load_tuned(tmp_path / "a.json") == own
 
 
+def test_the_summary_says_where_with_the_load():
+    assert made().summary()["scenario"] == "grid:1x1"
+    assert made(recipe={"load": 1.0}).summary()["scenario"] == "grid:1x1"
+    assert made(recipe={"load": 2.5}).summary()["scenario"] == "grid:1x1*2.5"
+
+
 def test_a_folder_without_any_is_told(tmp_path):
     for folder in (tmp_path, tmp_path / "nowhere"):
         with pytest.raises(InputError, match="no tuned controller is there"):
