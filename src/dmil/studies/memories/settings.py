@@ -26,8 +26,8 @@ class MemoriesStudySettings(BaseModel):
     ablations: tuple[str, ...] = Field(
         (),
         description="More controllers, which the report shows in a table of their own; by default "
-        "factored memory without one ingredient each, or none beside chosen controllers; none: "
-        "none.",
+        "factored memory without one ingredient each, or nobody beside chosen controllers; "
+        "'none': nobody.",
     )
     cells: tuple[str, ...] = Field(
         (),

@@ -79,8 +79,14 @@ def tune(
     MissingExtraError
         Without Optuna, or what the controller needs.
     """
+    about = _about(recipe, variant, settings, simulator, reward)
     with held(path.with_name(f"{path.name}.in-use"), where=path, work="tuning"):
-        return _tuned(recipe, variant, settings, path, simulator, reward, executor, progress)
+        ledger = _Ledger(about, path)
+        if not about.space:
+            return ledger.keep(about.model_copy(update={"finished": True, "chosen": about.fixed}))
+        if ledger.found is not None and ledger.found.finished:
+            return ledger.found
+        return _run(about, settings, ledger, executor or LocalExecutor(), progress)
 
 
 def check_tuning(
@@ -102,29 +108,21 @@ def check_tuning(
     _Ledger(_about(recipe, variant, settings, simulator, reward), path)
 
 
-def _tuned(
-    recipe: ScenarioRecipe,
-    variant: Variant,
+def _run(
+    about: Tuned,
     settings: TuningSettings,
-    path: Path,
-    simulator: str,
-    reward: str,
-    executor: Executor | None,
+    ledger: _Ledger,
+    executor: Executor,
     progress: Progress | None,
 ) -> Tuned:
-    about = _about(recipe, variant, settings, simulator, reward)
-    ledger = _Ledger(about, path)
-    if not about.space:
-        return ledger.keep(about.model_copy(update={"finished": True, "chosen": about.fixed}))
-    if ledger.found is not None and ledger.found.finished:
-        return ledger.found
-    learns = CONTROLLERS[variant.name].learns
+    """Run what the ledger does not hold yet, and keep it all."""
+    learns = CONTROLLERS[about.controller].learns
     seeds = tuning_seeds(settings.seed, settings.seeds + settings.check_seeds)
     judge = Judge(
         json.dumps(about.recipe),
-        simulator,
-        variant.name,
-        reward,
+        about.simulator,
+        about.controller,
+        about.reward,
         settings.metric,
         settings.episodes,
         settings.frozen,
@@ -142,7 +140,7 @@ def _tuned(
             for place in places
         ]
         missing = [each for each in wanted if ledger.get(each) is None]
-        for trial, score in (executor or LocalExecutor()).map(judge, missing):
+        for trial, score in executor.map(judge, missing):
             ledger.put(trial, score)
             tell(min(ledger.count * cost, settings.budget), settings.budget)
         return [
