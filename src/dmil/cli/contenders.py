@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from dmil.cli.choices import accepted
 from dmil.cli.terminal import say
-from dmil.controllers import CONTROLLERS
+from dmil.controllers import CONTROLLERS, check_controller
 from dmil.controllers.variants import parse_variant
-from dmil.errors import InputError, unknown_name
+from dmil.errors import InputError
 from dmil.rewards import make_reward
 from dmil.studies.comparison import REFERENCE, Contender
 from dmil.studies.tuning import load_tuned
@@ -51,8 +51,7 @@ def contenders_of(settings: EvaluateParameters, policies: list[Policy]) -> list[
         options = accepted(policy.controller, mode) | settings.changes
         add(path.name, options=json.dumps(options), policy=str(path), reward=policy.reward)
     for choice in settings.controller:
-        if ":" not in choice.name and choice.name not in CONTROLLERS:
-            raise unknown_name("controller", choice.name, CONTROLLERS)
+        check_controller(choice.name)
         # What freezes a learner goes over its defaults, not over what somebody asked for.
         frozen = choice.options | _untrained(choice.name, mode)
         options = frozen | choice.changed | settings.changes

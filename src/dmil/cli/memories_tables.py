@@ -13,6 +13,7 @@ from rich.text import Text
 from dmil.analysis.memories import MemoriesTables
 from dmil.analysis.memories.names import REFERENCES, cell_label, controller_name
 from dmil.analysis.memories.statements import SUBJECTS
+from dmil.cli.doctor_tables import counted
 
 MOST_SUBJECTS = 4
 _COLOURS = {True: "green", False: "red", None: "dim"}
@@ -33,10 +34,8 @@ def standing_table(tables: MemoriesTables) -> Group:
         The study.
     """
     runs = tables.runs
-    seeds = f"{len(runs.seeds)} seeds" if len(runs.seeds) > 1 else "1 seed"
-    title = Text(
-        f"W over max-pressure's on the same vehicles, {len(runs.cells)} cells, {seeds}", "italic"
-    )
+    where = f"{counted(len(runs.cells), 'cell')}, {counted(len(runs.seeds), 'seed')}"
+    title = Text(f"W over max-pressure's on the same vehicles, {where}", "italic")
     caption = (
         "Interquartile mean ± half of its 95 % interval; share of runs in which it is\n"
         "less; bytes per intersection and µs per decision (all intersections), in the\n"

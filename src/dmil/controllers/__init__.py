@@ -8,7 +8,7 @@ from dmil.controllers.protocol import (
     MemoryUse,
     Situation,
 )
-from dmil.controllers.registry import CONTROLLERS, make_controller, make_settings
+from dmil.controllers.registry import CONTROLLERS, check_controller, make_controller, make_settings
 
 __all__ = [
     "CONTROLLERS",
@@ -18,6 +18,7 @@ __all__ = [
     "MemoryUse",
     "Prior",
     "Situation",
+    "check_controller",
     "make_controller",
     "make_settings",
 ]

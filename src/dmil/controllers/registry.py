@@ -186,6 +186,23 @@ CONTROLLERS: dict[str, Entry] = {
 """The named controllers."""
 
 
+def check_controller(name: str, *, where: str | None = None) -> None:
+    """Check a controller's name; whether an import path leads to one shows when it is made (ours).
+
+    Parameters
+    ----------
+    name, where
+        The name, and the file or option it came from.
+
+    Raises
+    ------
+    UnknownNameError
+        There is no such controller.
+    """
+    if ":" not in name and name not in CONTROLLERS:
+        raise unknown_name("controller", name, CONTROLLERS, where=where)
+
+
 def make_controller(
     name: str, options: Mapping[str, object] | None = None, *, prior: Prior | None = None
 ) -> Controller:
@@ -209,8 +226,7 @@ def make_controller(
     options = dict(options or {})
     if ":" in name:
         return _own_controller(name, options)
-    if name not in CONTROLLERS:
-        raise unknown_name("controller", name, CONTROLLERS)
+    check_controller(name)
     entry = CONTROLLERS[name]
     if entry.settings is None:
         if options:

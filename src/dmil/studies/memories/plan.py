@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-from dmil.controllers import CONTROLLERS
+from dmil.controllers import CONTROLLERS, check_controller
 from dmil.controllers.variants import parse_variant
-from dmil.errors import unknown_name
 from dmil.studies.memories.cells import GRID_CELLS, Cell, city_cells
 from dmil.studies.memories.settings import MemoriesStudySettings
 
@@ -101,9 +100,7 @@ def contenders(settings: MemoriesStudySettings) -> list[str]:
     labels = [parse_variant(text).label for text in settings.controllers or CONTENDERS]
     labels += ablations(settings)
     for label in labels:
-        name = parse_variant(label).name
-        if ":" not in name and name not in CONTROLLERS:
-            raise unknown_name("controller", name, CONTROLLERS)
+        check_controller(parse_variant(label).name)
     labels = list(dict.fromkeys(labels))
     if settings.deep or settings.controllers:
         return labels

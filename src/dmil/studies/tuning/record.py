@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from dmil.controllers import CONTROLLERS, make_settings
+from dmil.controllers import CONTROLLERS, check_controller, make_settings
 from dmil.controllers.variants import Variant
-from dmil.errors import InputError, unknown_name
+from dmil.errors import InputError
 from dmil.files import write_text_atomically
 from dmil.seeding import stream
 from dmil.statistics import Estimate, paired_difference
@@ -178,8 +178,7 @@ def load_tuned(path: Path) -> Tuned:
             where=where,
             mend="give the same dmil tune command again: it goes on",
         )
-    if ":" not in tuned.controller and tuned.controller not in CONTROLLERS:
-        raise unknown_name("controller", tuned.controller, CONTROLLERS, where=where)
+    check_controller(tuned.controller, where=where)
     entry = CONTROLLERS.get(tuned.controller)
     settings = entry.settings if entry else None
     if settings is not None:
