@@ -7,6 +7,7 @@ from dmil.demand.arrivals import (
     ProfileDemand,
 )
 from dmil.demand.cityflow import read_cityflow_flow
+from dmil.demand.destinations import Ties
 from dmil.demand.rates import PAPER_RATE_VEH_PER_MIN
 from dmil.demand.recorded import FileDemand
 from dmil.demand.resampled import ResampledDemand
@@ -25,6 +26,7 @@ __all__ = [
     "ResampledDemand",
     "ScalableDemand",
     "SumoDemand",
+    "Ties",
     "Vehicles",
     "read_cityflow_flow",
     "read_sumo_routes",

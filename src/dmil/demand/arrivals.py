@@ -9,11 +9,13 @@ from typing import Literal, Protocol
 
 import numpy as np
 
+from dmil.demand.destinations import TIES, Ties, draw_destinations
 from dmil.demand.rates import PAPER_RATE_VEH_PER_MIN, check_rates, rates_at_fringe
-from dmil.demand.routes import draw_destinations
 from dmil.demand.vehicles import FloatArray, LongArray, Vehicles, check_horizon, check_load
 from dmil.errors import DemandError
 from dmil.network import RoadNetwork
+
+DEFAULT_BATCH_VEH = 2.0
 
 
 class ArrivalProcess(Protocol):
@@ -40,6 +42,15 @@ class ArrivalProcess(Protocol):
         """
         ...
 
+    @property
+    def ties(self) -> Ties:
+        """What decides between equally short ways, see `dmil.demand.destinations.Ties`."""
+        ...
+
+    def with_ties(self, ties: Ties) -> ArrivalProcess:
+        """Return the process with other ties."""
+        ...
+
     def scaled(self, load: float) -> ArrivalProcess:
         """Return the process with its rates multiplied."""
         ...
@@ -62,24 +73,30 @@ class PoissonDemand:
         Vehicles per minute by fringe node, or by side of a grid (``"E"`` for every node
         ``"E0"``, ``"E1"``...; a node's own entry comes before its side's). A fringe node without an
         entry sends nobody.
+    ties
+        What decides between equally short ways: ``"straight"`` (straight on while that is one of
+        them, which leaves one way per pair of nodes on a grid) or ``"coin"`` (at every place a
+        fair coin of the vehicle's own, drawn in advance).
 
     Raises
     ------
     DemandError
-        If there is no rate, or one is negative or not finite.
+        If there is no rate, one is negative or not finite, or there are no such ties.
 
     Notes
     -----
     The default is the paper's. The paper does not state the unit of its rates; per minute
-    reproduces its magnitudes.
+    reproduces its magnitudes. Nor does it say which of several shortest paths a vehicle takes.
     """
 
     rate_veh_per_min: Mapping[str, float] = field(
         default_factory=lambda: dict(PAPER_RATE_VEH_PER_MIN)
     )
+    ties: Ties = "straight"
 
     def __post_init__(self) -> None:
         check_rates(self.rate_veh_per_min)
+        _check_ties(self.ties)
 
     def arrivals(
         self, network: RoadNetwork, multiplier: FloatArray, rng: np.random.Generator
@@ -92,6 +109,10 @@ class PoissonDemand:
     def vehicles(self, network: RoadNetwork, horizon_s: int, rng: np.random.Generator) -> Vehicles:
         """Draw the vehicles of a run; see `Demand`."""
         return _draw(self, network, horizon_s, rng)
+
+    def with_ties(self, ties: Ties) -> PoissonDemand:
+        """Return the demand with other ties."""
+        return replace(self, ties=ties)
 
     def scaled(self, load: float) -> PoissonDemand:
         """Return the demand with all rates multiplied by ``load``."""
@@ -112,11 +133,13 @@ class CompoundPoissonDemand:
     batch_veh
         Mean size of geometrically distributed batches (1 or more), or the probability of every
         batch size such as ``{1: 0.5, 4: 0.5}``.
+    ties
+        What decides between equally short ways, see `PoissonDemand`.
 
     Raises
     ------
     DemandError
-        If a rate or the distribution of batch sizes is not valid.
+        If a rate, the distribution of batch sizes or the ties are not valid.
 
     Notes
     -----
@@ -126,10 +149,12 @@ class CompoundPoissonDemand:
     rate_veh_per_min: Mapping[str, float] = field(
         default_factory=lambda: dict(PAPER_RATE_VEH_PER_MIN)
     )
-    batch_veh: float | Mapping[int, float] = 2.0
+    batch_veh: float | Mapping[int, float] = DEFAULT_BATCH_VEH
+    ties: Ties = "straight"
 
     def __post_init__(self) -> None:
         check_rates(self.rate_veh_per_min)
+        _check_ties(self.ties)
         if isinstance(self.batch_veh, Mapping):
             _check_batch_sizes(self.batch_veh)
         elif not (math.isfinite(self.batch_veh) and self.batch_veh >= 1):
@@ -163,6 +188,10 @@ class CompoundPoissonDemand:
     def vehicles(self, network: RoadNetwork, horizon_s: int, rng: np.random.Generator) -> Vehicles:
         """Draw the vehicles of a run; see `Demand`."""
         return _draw(self, network, horizon_s, rng)
+
+    def with_ties(self, ties: Ties) -> CompoundPoissonDemand:
+        """Return the demand with other ties."""
+        return replace(self, ties=ties)
 
     def scaled(self, load: float) -> CompoundPoissonDemand:
         """Return the demand with all rates multiplied by ``load``; batches stay as they are."""
@@ -246,6 +275,15 @@ class ProfileDemand:
         """Draw the vehicles of a run; see `Demand`."""
         return _draw(self, network, horizon_s, rng)
 
+    @property
+    def ties(self) -> Ties:
+        """What decides between equally short ways: as in the base."""
+        return self.base.ties
+
+    def with_ties(self, ties: Ties) -> ProfileDemand:
+        """Return the profile over the base with other ties."""
+        return replace(self, base=self.base.with_ties(ties))
+
     def scaled(self, load: float) -> ProfileDemand:
         """Return the profile over the scaled base."""
         return replace(self, base=self.base.scaled(load))
@@ -258,12 +296,17 @@ def _draw(
     check_horizon(horizon_s)
     arrivals = process.arrivals(network, np.ones(horizon_s), rng)
     second, origin = np.divmod(arrivals, len(network.fringe))
-    return draw_destinations(network, second, origin, rng)
+    return draw_destinations(network, second, origin, rng, process.ties)
 
 
 def _times(rate_veh_per_min: Mapping[str, float], load: float) -> dict[str, float]:
     check_load(load)
     return {place: rate * load for place, rate in rate_veh_per_min.items()}
+
+
+def _check_ties(ties: str) -> None:
+    if ties not in TIES:
+        raise DemandError(f"they are {ties!r}", where="ties", expected="'straight' or 'coin'")
 
 
 def _check_batch_sizes(probability: Mapping[int, float]) -> None:

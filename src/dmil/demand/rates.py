@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from dmil.demand.routes import route_table
+from dmil.demand.destinations import route_graph
 from dmil.demand.vehicles import FloatArray
 from dmil.errors import DemandError, unknown_name
 from dmil.network import RoadNetwork
@@ -91,7 +91,7 @@ def rates_at_fringe(network: RoadNetwork, rate_veh_per_min: Mapping[str, float])
         ],
         dtype=np.float64,
     )
-    stuck = (rates > 0) & (np.diff(route_table(network).pair_offset) == 0)
+    stuck = (rates > 0) & (np.diff(route_graph(network).pair_offset) == 0)
     if stuck.any():
         node = fringe[int(np.argmax(stuck))]
         raise DemandError(

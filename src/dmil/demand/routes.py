@@ -1,7 +1,7 @@
-"""Shortest routes by free-flow time, with the paper's tie rule.
+"""Shortest routes by free-flow time, listed for every pair of fringe nodes.
 
 Where several continuations lie on a shortest route, straight on is preferred; else the vehicle's
-coin, drawn in advance, decides.
+coin, drawn in advance, decides. For ties that a coin alone decides see `dmil.demand.destinations`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from dmil.demand.vehicles import FloatArray, IntArray, LongArray, Vehicles, gather
+from dmil.demand.vehicles import FloatArray, IntArray, LongArray
 from dmil.network import RoadNetwork
 
 MOST_ALTERNATIVES = 64
@@ -25,7 +25,8 @@ MOST_KEPT = 5_000_000
 Way = tuple[tuple[int, ...], float]
 """Link indices in order, and the probability that a vehicle takes them."""
 
-_UNREACHABLE = -1
+UNREACHABLE = -1
+"""Cost to an end that a link does not lead to."""
 
 
 class Router:
@@ -38,17 +39,24 @@ class Router:
     ----------
     network
         The roads.
+
+    Attributes
+    ----------
+    cost: list of int
+        One per link.
+    entries, exits: dict
+        Fringe node to the indices of the links that lead from it and to it.
     """
 
     def __init__(self, network: RoadNetwork) -> None:
         self._successors = network.successors
-        self._cost = [round(link.free_flow_time_s * 1e6) + 1 for link in network.links]
-        self._exits: dict[str, list[int]] = {node: [] for node in network.fringe}
-        self._entries: dict[str, list[int]] = {node: [] for node in network.fringe}
+        self.cost = [round(link.free_flow_time_s * 1e6) + 1 for link in network.links]
+        self.exits: dict[str, list[int]] = {node: [] for node in network.fringe}
+        self.entries: dict[str, list[int]] = {node: [] for node in network.fringe}
         for index in network.exit_links:
-            self._exits[network.links[index].end].append(index)
+            self.exits[network.links[index].end].append(index)
         for index in network.entry_links:
-            self._entries[network.links[index].start].append(index)
+            self.entries[network.links[index].start].append(index)
         self._predecessors: list[list[int]] = [[] for _ in network.links]
         for link, following in enumerate(self._successors):
             for successor, _ in following:
@@ -57,7 +65,7 @@ class Router:
 
     def between_nodes(self, origin: str, destination: str) -> list[Way]:
         """Return the shortest routes between two fringe nodes as (link indices, probability)."""
-        return self.between_links(self._entries[origin], self._exits[destination])
+        return self.between_links(self.entries[origin], self.exits[destination])
 
     def between_links(self, starts: list[int], ends: list[int]) -> list[Way]:
         """Return the shortest routes from any start link to any end link, both included.
@@ -67,8 +75,8 @@ class Router:
         list of (link indices, probability)
             Empty if there is no way. The probabilities are those of a fair coin at every tie.
         """
-        remaining = self._remaining_cost(tuple(ends))
-        reachable = [link for link in starts if remaining[link] != _UNREACHABLE]
+        remaining = self.remaining_cost(tuple(ends))
+        reachable = [link for link in starts if remaining[link] != UNREACHABLE]
         if not reachable:
             return []
         best = min(remaining[link] for link in reachable)
@@ -78,7 +86,7 @@ class Router:
         while open_routes:
             route, probability = open_routes.popleft()
             here = route[-1]
-            if remaining[here] == self._cost[here]:
+            if remaining[here] == self.cost[here]:
                 finished.append((route, probability))
                 continue
             choices = self._continuations(here, remaining)
@@ -100,37 +108,48 @@ class Router:
         tuple of int
             Link indices, both ends included; empty if there is no way.
         """
-        remaining = self._remaining_cost(tuple(ends))
-        reachable = [link for link in starts if remaining[link] != _UNREACHABLE]
+        remaining = self.remaining_cost(tuple(ends))
+        reachable = [link for link in starts if remaining[link] != UNREACHABLE]
         if not reachable:
             return ()
         route = [min(reachable, key=remaining.__getitem__)]
-        while remaining[route[-1]] != self._cost[route[-1]]:
+        while remaining[route[-1]] != self.cost[route[-1]]:
             route.append(self._continuations(route[-1], remaining)[0])
         return tuple(route)
 
     def _continuations(self, here: int, remaining: list[int]) -> list[int]:
         """Return the next links that lie on a shortest route, only the straight ones if any."""
-        onward = remaining[here] - self._cost[here]
+        onward = remaining[here] - self.cost[here]
         shortest = [pair for pair in self._successors[here] if remaining[pair[0]] == onward]
         straight = [link for link, turn in shortest if turn == "straight"]
         return straight or [link for link, _ in shortest]
 
-    def _remaining_cost(self, ends: tuple[int, ...]) -> list[int]:
-        """Return every link's cost to the end, its own included (Dijkstra backwards)."""
+    def remaining_cost(self, ends: tuple[int, ...]) -> list[int]:
+        """Return every link's cost to the end, its own included (Dijkstra backwards).
+
+        Parameters
+        ----------
+        ends
+            Indices of the links that end a route.
+
+        Returns
+        -------
+        list of int
+            One per link, `UNREACHABLE` where no way leads to an end.
+        """
         if ends in self._remaining:
             return self._remaining[ends]
-        remaining = [_UNREACHABLE] * len(self._cost)
-        heap = [(self._cost[link], link) for link in ends]
+        remaining = [UNREACHABLE] * len(self.cost)
+        heap = [(self.cost[link], link) for link in ends]
         heapq.heapify(heap)
         while heap:
             cost, link = heapq.heappop(heap)
-            if remaining[link] != _UNREACHABLE:
+            if remaining[link] != UNREACHABLE:
                 continue
             remaining[link] = cost
             for previous in self._predecessors[link]:
-                if remaining[previous] == _UNREACHABLE:
-                    heapq.heappush(heap, (cost + self._cost[previous], previous))
+                if remaining[previous] == UNREACHABLE:
+                    heapq.heappush(heap, (cost + self.cost[previous], previous))
         if len(self._remaining) * len(remaining) > MOST_KEPT:
             del self._remaining[next(iter(self._remaining))]
         self._remaining[ends] = remaining
@@ -176,32 +195,6 @@ def route_table(network: RoadNetwork) -> RouteTable:
     if network not in _TABLES:
         _TABLES[network] = _build_table(network)
     return _TABLES[network]
-
-
-def draw_destinations(
-    network: RoadNetwork, second: LongArray, origin: LongArray, rng: np.random.Generator
-) -> Vehicles:
-    """Draw destinations and coins, and give every vehicle its route (paper, §VI).
-
-    A destination is uniform over the other fringe nodes that can be reached.
-
-    Parameters
-    ----------
-    network
-        The roads.
-    second
-        (vehicles,) departures in seconds, non-decreasing.
-    origin
-        (vehicles,) indices into ``network.fringe``.
-    rng
-        Stream of random numbers.
-    """
-    table = route_table(network)
-    pair = rng.integers(table.pair_offset[origin], table.pair_offset[origin + 1])
-    coin = rng.random(len(pair))
-    way = np.searchsorted(table.threshold, pair + coin, side="right")
-    offset, place = gather(table.link_offset, way)
-    return Vehicles(second.astype(np.int32), offset, table.links[place])
 
 
 def _build_table(network: RoadNetwork) -> RouteTable:

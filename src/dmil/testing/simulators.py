@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.demand import PoissonDemand, Vehicles
-from dmil.demand.routes import route_table
+from dmil.demand.destinations import route_graph
 from dmil.errors import InputError
 from dmil.network import RoadNetwork
 from dmil.simulation import Simulator
@@ -70,7 +70,7 @@ def check_simulator(make: Callable[[], object], vehicles: Vehicles | None = None
 
 def _vehicles(network: RoadNetwork, horizon_s: int) -> Vehicles:
     """Draw vehicles from every fringe node that leads to another one."""
-    goals = np.diff(route_table(network).pair_offset)
+    goals = np.diff(route_graph(network).pair_offset)
     rates = {
         node: RATE_VEH_PER_MIN for node, count in zip(network.fringe, goals, strict=True) if count
     }

@@ -1,0 +1,163 @@
+"""Where vehicles go, and which of equally short ways they take."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from dmil.demand.routes import UNREACHABLE, route_table, router
+from dmil.demand.vehicles import IntArray, LongArray, Vehicles, gather
+from dmil.network import RoadNetwork
+
+Ties = Literal["straight", "coin"]
+"""What decides between continuations that all lie on a shortest route: straight on while that is
+one of them, and a fair coin only without it; or the coin always."""
+TIES: tuple[Ties, ...] = ("straight", "coin")
+
+_NONE = -1
+"""Fills rows of links that are shorter than others."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RouteGraph:
+    """Which links lead to which fringe node at what cost, for many vehicles at once (ours).
+
+    Pairs are numbered as in `RouteTable`. The shortest routes are not listed: a corner of a 20×20
+    grid has 35 thousand million of them to the other one.
+
+    Parameters
+    ----------
+    pair_offset
+        (fringe + 1,) int64, origin f's pairs are ``pair_offset[f]`` to ``pair_offset[f + 1]``.
+    destination
+        (pairs,) int64, index into the network's fringe.
+    cost
+        (links,) int64, see `Router`.
+    remaining
+        (fringe, links + 1) int64, cost from every link to every fringe node, both ends included;
+        the last column stands for no link.
+    entries
+        (fringe, most entries of one) int32, links at which a route begins, then −1.
+    following
+        (links, most successors of one) int32, links after each link, then −1.
+    """
+
+    pair_offset: LongArray
+    destination: LongArray
+    cost: LongArray
+    remaining: LongArray
+    entries: IntArray
+    following: IntArray
+
+
+_GRAPHS: WeakKeyDictionary[RoadNetwork, RouteGraph] = WeakKeyDictionary()
+
+
+def route_graph(network: RoadNetwork) -> RouteGraph:
+    """Return the costs between all links and fringe nodes of a network, computed once (ours)."""
+    if network not in _GRAPHS:
+        _GRAPHS[network] = _build_graph(network)
+    return _GRAPHS[network]
+
+
+def draw_destinations(
+    network: RoadNetwork,
+    second: LongArray,
+    origin: LongArray,
+    rng: np.random.Generator,
+    ties: Ties = "straight",
+) -> Vehicles:
+    """Draw destinations and coins, and give every vehicle its route (paper, §VI).
+
+    A destination is uniform over the other fringe nodes that can be reached; it is the same for
+    both kinds of ties.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    second
+        (vehicles,) departures in seconds, non-decreasing.
+    origin
+        (vehicles,) indices into ``network.fringe``.
+    rng
+        Stream of random numbers.
+    ties
+        What decides between equally short ways.
+    """
+    if ties == "coin":
+        graph = route_graph(network)
+        pair = rng.integers(graph.pair_offset[origin], graph.pair_offset[origin + 1])
+        offset, links = _walk(graph, origin, graph.destination[pair], rng)
+        return Vehicles(second.astype(np.int32), offset, links)
+    table = route_table(network)
+    pair = rng.integers(table.pair_offset[origin], table.pair_offset[origin + 1])
+    coin = rng.random(len(pair))
+    way = np.searchsorted(table.threshold, pair + coin, side="right")
+    offset, place = gather(table.link_offset, way)
+    return Vehicles(second.astype(np.int32), offset, table.links[place])
+
+
+def _walk(
+    graph: RouteGraph, origin: LongArray, destination: LongArray, rng: np.random.Generator
+) -> tuple[IntArray, IntArray]:
+    """Let all vehicles choose their links one after the other, all at once in each step.
+
+    Of k links that lie on a shortest route each is taken with probability 1/k. Returns the offsets
+    and links of `Vehicles`.
+    """
+    count = len(origin)
+    length = np.zeros(count, dtype=np.int64)
+    steps: list[tuple[LongArray, IntArray]] = []
+    driving = np.arange(count)
+    choices = graph.entries[origin]
+    while len(driving):
+        goal = destination[driving]
+        cost = graph.remaining[goal[:, None], choices]
+        # All links after one cost at least what is left after it, so the least is what is left.
+        least = np.where(cost == UNREACHABLE, np.iinfo(np.int64).max, cost).min(axis=1)
+        shortest = cost == least[:, None]
+        rank = np.cumsum(shortest, axis=1)
+        coin = rng.integers(rank[:, -1])
+        taken = np.argmax(rank > coin[:, None], axis=1)
+        link = choices[np.arange(len(driving)), taken]
+        steps.append((driving, link))
+        length[driving] += 1
+        on = least != graph.cost[link]
+        driving, choices = driving[on], graph.following[link[on]]
+    offset = np.zeros(count + 1, dtype=np.int64)
+    np.cumsum(length, out=offset[1:])
+    links = np.empty(offset[-1], dtype=np.int32)
+    for step, (vehicle, link) in enumerate(steps):
+        links[offset[vehicle] + step] = link
+    return offset.astype(np.int32), links
+
+
+def _build_graph(network: RoadNetwork) -> RouteGraph:
+    ways = router(network)
+    remaining = np.full((len(network.fringe), len(network.links) + 1), UNREACHABLE, dtype=np.int64)
+    for node, name in enumerate(network.fringe):
+        remaining[node, :-1] = ways.remaining_cost(tuple(ways.exits[name]))
+    entries = _padded([ways.entries[name] for name in network.fringe])
+    reached = (remaining[:, entries] != UNREACHABLE).any(axis=2).T
+    np.fill_diagonal(reached, False)
+    offset = np.zeros(len(network.fringe) + 1, dtype=np.int64)
+    np.cumsum(reached.sum(axis=1), out=offset[1:])
+    return RouteGraph(
+        pair_offset=offset,
+        destination=np.nonzero(reached)[1],
+        cost=np.array(ways.cost, dtype=np.int64),
+        remaining=remaining,
+        entries=entries,
+        following=_padded([[link for link, _ in following] for following in network.successors]),
+    )
+
+
+def _padded(rows: list[list[int]]) -> IntArray:
+    table = np.full((len(rows), max(map(len, rows), default=0)), _NONE, dtype=np.int32)
+    for row, values in enumerate(rows):
+        table[row, : len(values)] = values
+    return table
