@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from dmil.network import RoadNetwork, grid, read_cityflow_roadnet
     from dmil.reports import write_report
     from dmil.results import Results
-    from dmil.rewards import REWARDS, make_reward
+    from dmil.rewards import REWARDS, RewardConstants, make_reward
     from dmil.scenarios import QueueDynamics, Scenario, SignalTiming, cityflow_scenario, scenario
     from dmil.seeding import stream
     from dmil.simulation import Measures, Observation, QueueSimulator, Simulator
@@ -43,7 +43,7 @@ _ROOMS = {
     "network": ("RoadNetwork", "grid", "read_cityflow_roadnet"),
     "reports": ("write_report",),
     "results": ("Results",),
-    "rewards": ("REWARDS", "make_reward"),
+    "rewards": ("REWARDS", "RewardConstants", "make_reward"),
     "scenarios": ("QueueDynamics", "Scenario", "SignalTiming", "cityflow_scenario", "scenario"),
     "seeding": ("stream",),
     "simulation": ("Measures", "Observation", "QueueSimulator", "Simulator"),

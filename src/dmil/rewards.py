@@ -6,11 +6,14 @@ write another one and name it ``package.module:function`` wherever a reward is a
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.compilation import allocating_kernel
 from dmil.errors import InputError, unknown_name
@@ -23,9 +26,34 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
 RELAXATION_VEH = 1.1
-"""α of the paper's default reward: growth of a queue that is still rewarded (paper, §VI)."""
 TOLERATED_VEH = 10.0
-"""θ of the paper's default reward: growth beyond α that is not yet punished (paper, §VI)."""
+"""Both of the paper's default reward (§VI), see `RewardConstants`."""
+
+
+class RewardConstants(BaseModel):
+    """Numbers of the default reward (paper, Eq. 1)."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    relaxation_veh: float = Field(
+        RELAXATION_VEH,
+        ge=0,
+        description="α, growth of a queue in one decision interval that is still rewarded [P 1.1]; "
+        "of the reward default.",
+    )
+    tolerated_veh: float = Field(
+        TOLERATED_VEH,
+        ge=0,
+        description="θ, growth beyond α that is not yet punished [P 10]; of the reward default.",
+    )
+
+    @property
+    def changed(self) -> dict[str, float]:
+        """Those that are not the paper's."""
+        return self.model_dump(exclude_defaults=True)
+
+
+PAPER_CONSTANTS = RewardConstants()
 
 
 class Reward(Protocol):
@@ -49,7 +77,26 @@ class Reward(Protocol):
 
 def default(before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
     """Return the orientations that grew by at most α minus those by at least α+θ (paper, §III)."""
-    return _default(before.queue_veh, after.queue_veh, _orientations(network))
+    return DefaultReward()(before, after, network)
+
+
+@dataclass(frozen=True, slots=True)
+class DefaultReward:
+    """The default reward with constants of its own (paper, §III).
+
+    Parameters
+    ----------
+    constants
+        α and θ.
+    """
+
+    constants: RewardConstants = PAPER_CONSTANTS
+
+    def __call__(self, before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
+        """Return the orientations that grew by at most α minus those by at least α+θ."""
+        alpha, theta = self.constants.relaxation_veh, self.constants.tolerated_veh
+        orientations = _orientations(network)
+        return _default(before.queue_veh, after.queue_veh, orientations, alpha, alpha + theta)
 
 
 def diffusion(before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
@@ -112,14 +159,25 @@ def checked_reward(
     return found
 
 
-def make_reward(name: str) -> Reward:
+def make_reward(name: str, constants: RewardConstants = PAPER_CONSTANTS) -> Reward:
     """Return a reward by its name or by the import path ``package.module:function`` (ours).
+
+    Parameters
+    ----------
+    name
+        Of `REWARDS`, or the path.
+    constants
+        Numbers of the reward ``default``.
 
     Raises
     ------
     InputError
-        If there is none.
+        If there is none, or it has no constants and other ones than the paper's are given.
     """
+    if constants.changed:
+        if name == "default":
+            return DefaultReward(constants)
+        check_constants([name], constants)
     if ":" in name:
         own = import_object(name, "reward")
         if not callable(own):
@@ -135,20 +193,39 @@ def make_reward(name: str) -> Reward:
     return REWARDS[name]
 
 
+def check_constants(names: Iterable[str], constants: RewardConstants) -> None:
+    """Check that one of some rewards uses the constants that differ from the paper's (ours).
+
+    Raises
+    ------
+    InputError
+        If none does.
+    """
+    if constants.changed and "default" not in names:
+        raise InputError(
+            f"{', '.join(constants.changed)} is given, but the reward is {' or '.join(names)}",
+            where="reward_constants",
+            expected="the reward 'default', the only one with constants",
+            mend="leave them out, or choose that reward",
+        )
+
+
 @lru_cache(maxsize=64)
 def _orientations(network: RoadNetwork) -> IntArray:
     return np.array([len(item.movements) for item in network.intersections], np.int32)
 
 
 @allocating_kernel
-def _default(before: IntArray, after: IntArray, orientations: IntArray) -> FloatArray:
+def _default(
+    before: IntArray, after: IntArray, orientations: IntArray, rewarded: float, punished: float
+) -> FloatArray:
     reward = np.zeros(before.shape[0])
     for i in range(before.shape[0]):
         for j in range(orientations[i]):
             growth = after[i, j] - before[i, j]
-            if growth <= RELAXATION_VEH:
+            if growth <= rewarded:
                 reward[i] += 1.0
-            elif growth >= RELAXATION_VEH + TOLERATED_VEH:
+            elif growth >= punished:
                 reward[i] -= 1.0
     return reward
 

@@ -3,19 +3,80 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from dmil.cli.parameters import Option
+from dmil.cli.parameters import Option, set_option, split
 from dmil.controllers import CONTROLLERS, make_settings
-from dmil.controllers.variants import Variant, parse_variant, read_options
+from dmil.controllers.variants import Variant, parse_variant
+from dmil.demand.arrivals import DEFAULT_BATCH_VEH
+from dmil.errors import InputError
 from dmil.importing import import_object
-from dmil.scenarios.recipe import DynamicsChanges, ScenarioRecipe, TimingChanges
+from dmil.network.grid import ENTRY_LINK_TIME_S, LINK_TIME_S
+from dmil.rewards import PAPER_CONSTANTS, Reward, RewardConstants, make_reward
+from dmil.scenarios.demand_changes import DemandChanges, changes_of
+from dmil.scenarios.recipe import DynamicsChanges, GridChanges, ScenarioRecipe, TimingChanges
 from dmil.training import Policy, load_policy
 
+_DEMAND = "Demand (by default the scenario's own)"
 _SIGNALS = "Signals and queues (by default the scenario's own)"
+
+
+def _numbers(flag: str, example: str) -> Callable[[str], dict[str, str]]:
+    """Return what reads an option such as ``E=5,N=5``; whether they are numbers, fields say."""
+
+    def read(text: str) -> dict[str, str]:
+        found: dict[str, str] = {}
+        for part in split(text):
+            key, equals, value = (each.strip() for each in part.rpartition("="))
+            if not (key and equals and value):
+                raise InputError(
+                    f"found '{part}'", where=flag, expected=f"KEY=NUMBER, as {example}"
+                )
+            if key in found:
+                raise InputError(f"'{key}' is given twice", where=flag, expected="one number")
+            found[key] = value
+        if not found:
+            raise InputError(f"found '{text}'", where=flag, expected=f"KEY=NUMBER, as {example}")
+        return found
+
+    return read
+
+
+_RATES, _PROFILE = "E=5,N=5,W=10,S=7", "0=0.5,1800=2,3600=0.5"
+DEMAND_OPTIONS = (
+    Option("demand.arrivals", "--arrivals", _DEMAND, "poisson|compound"),
+    Option(
+        "demand.batch_veh",
+        "--batch",
+        _DEMAND,
+        help=f"Mean vehicles in a batch of compound arrivals, by default {DEFAULT_BATCH_VEH:g}.",
+    ),
+    Option(
+        "demand.rate_veh_per_min",
+        "--rates",
+        _DEMAND,
+        "NODE=X,NODE=X",
+        read=_numbers("--rates", _RATES),
+        help="Vehicles per minute by boundary node or by side of a grid, such as "
+        f"{_RATES}; a node that is not named sends nobody. In place of recorded vehicles, too.",
+    ),
+    Option(
+        "demand.profile",
+        "--profile",
+        _DEMAND,
+        "S=X,S=X",
+        read=lambda text: list(_numbers("--profile", _PROFILE)(text).items()),
+        help=f"Factor on the rates from a second on, the first 0, such as {_PROFILE}.",
+    ),
+    Option("demand.profile_between", "--profile-between", _DEMAND, "step|linear"),
+    Option("ties", "--ties", _DEMAND, "straight|coin"),
+)
+"""How random arrivals differ from a scenario's own."""
+
 SCENARIO_OPTIONS = (
     Option("scenario", "--scenario", "Scenario"),
     Option("roadnet", "--roadnet", "Scenario", "FILE"),
@@ -28,6 +89,7 @@ SCENARIO_OPTIONS = (
     Option("horizon_s", "--steps", "Scenario"),
     Option("load", "--load", "Scenario"),
     Option("calibration", "--calibration", "Scenario", "FILE"),
+    *DEMAND_OPTIONS,
     Option("timing.decision_interval_s", "--decision-interval", _SIGNALS),
     Option("timing.clearance_s", "--clearance", _SIGNALS),
     Option("timing.all_red_s", "--all-red", _SIGNALS),
@@ -58,7 +120,27 @@ class SimulatorChoice(BaseModel):
     )
 
 
-REWARD = "What a learner gets: default, diffusion, entropy, queue, pressure, or module:function."
+class RewardChoice(BaseModel):
+    """What a learner gets."""
+
+    reward: str = Field(
+        "diffusion",
+        description="What a learner gets: default, diffusion, entropy, queue, pressure, or "
+        "module:function.",
+    )
+    reward_constants: RewardConstants = Field(
+        PAPER_CONSTANTS, description="Constants of the reward default."
+    )
+
+    def make_reward(self) -> Reward:
+        """Make it (ours).
+
+        Raises
+        ------
+        InputError
+            If there is none of that name, or it does not have the constants that are given.
+        """
+        return make_reward(self.reward, self.reward_constants)
 
 
 def controller_options(many: bool) -> tuple[Option, ...]:
@@ -76,15 +158,12 @@ def controller_options(many: bool) -> tuple[Option, ...]:
 
     return (
         Option("controller", "--controller", panel, read=named, many=many),
-        Option(
-            "changes" if many else "controller",
-            "--set",
+        set_option(
             panel,
-            "KEY=VALUE",
-            read=assignments,
-            many=True,
-            help="Setting of the controller, such as embedding=complex or epsilon=0.2; may be "
-            "repeated. 'dmil controllers NAME' lists them.",
+            path="changes" if many else "controller",
+            help="Setting of the controller, such as embedding=complex or epsilon=0.2 "
+            "('dmil controllers NAME' lists them).",
+            example="grid.link_time_s=3",
         ),
     )
 
@@ -143,17 +222,6 @@ def _named(text: str) -> dict[str, Any]:
     return {"name": variant.name, **variant.options}
 
 
-def assignments(texts: list[str]) -> dict[str, Any]:
-    """Read options such as ``epsilon=0.2`` (ours).
-
-    Raises
-    ------
-    InputError
-        If there is no ``=``.
-    """
-    return read_options(texts, where="--set")
-
-
 def with_scenario_of(recipe: ScenarioRecipe, policy: Policy | None) -> ScenarioRecipe:
     """Return the parts of a scenario, taken from a policy's training if none is named (ours)."""
     named = recipe.scenario or recipe.roadnet or recipe.flow or recipe.net or recipe.routes
@@ -165,8 +233,9 @@ def with_scenario_of(recipe: ScenarioRecipe, policy: Policy | None) -> ScenarioR
         **{**trained, **given}
         | {
             table: trained[table] | {k: v for k, v in given.get(table, {}).items() if v is not None}
-            for table in ("timing", "dynamics")
+            for table in ("timing", "dynamics", "grid")
         }
+        | {"demand": recipe.demand.over(DemandChanges(**trained["demand"]))}
     )
 
 
@@ -177,15 +246,24 @@ def recipe_of(settings: ScenarioRecipe) -> ScenarioRecipe:
 
 
 def complete_scenario(settings: ScenarioRecipe) -> dict[str, Any]:
-    """Return what a scenario would fill in: horizon, signal timing, queue dynamics (ours)."""
+    """Return what a scenario would fill in: horizon, signals, queues, demand, links (ours)."""
     if not (settings.scenario or settings.roadnet or settings.net):
         return {}
-    made = recipe_of(settings).build()
+    grid = settings.grid
+    if settings.scenario and settings.scenario.startswith("grid:"):
+        usual = {"link_time_s": LINK_TIME_S, "entry_link_time_s": ENTRY_LINK_TIME_S}
+        grid = GridChanges(**usual | settings.grid.model_dump(exclude_none=True))
+    # Its own demand: what the load makes of it is told by the load.
+    made = recipe_of(settings.model_copy(update={"load": 1.0})).build()
+    own: Any = made.demand
     return {
         "horizon_s": made.horizon_s,
         "routing": made.sumo.routing if made.sumo else None,
         "timing": TimingChanges(**made.timing.model_dump()),
         "dynamics": DynamicsChanges(**made.dynamics.model_dump()),
+        "demand": changes_of(own),
+        "ties": getattr(own, "ties", None),
+        "grid": grid,
     }
 
 

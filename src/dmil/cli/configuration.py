@@ -116,7 +116,9 @@ def validated(kind: type[Model], values: Values, places: Mapping[str, str], file
         first = error.errors()[0]
     steps = [str(step) for step in first["loc"] if not isinstance(step, int)]
     path = ".".join(steps)
-    option = next((places[p] for p in (path, steps[0] if steps else "") if p in places), None)
+    # The innermost table or value on the way to it that an option has given.
+    ways = (".".join(steps[:length]) for length in range(len(steps), 0, -1))
+    option = next((places[way] for way in ways if way in places), None)
     where = option or ": ".join(part for part in (file, path) if part)
     if first["type"] == "literal_error":
         known = _choices(kind, steps)
@@ -204,6 +206,12 @@ def pair(key: str, value: Any) -> str:
     return f"{key} = {toml_value(value)}"
 
 
+def _key(key: object) -> str:
+    """Return a key as TOML writes it: names of nodes may hold anything."""
+    text = str(key)
+    return text if re.fullmatch(r"[A-Za-z0-9_-]+", text) else toml_value(text)
+
+
 def toml_value(value: Any) -> str:
     """Return a value as TOML writes it (ours)."""
     if isinstance(value, bool):
@@ -213,7 +221,7 @@ def toml_value(value: Any) -> str:
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(toml_value, value))}]"
     if isinstance(value, dict):
-        return "{ " + ", ".join(pair(key, each) for key, each in value.items()) + " }"
+        return "{ " + ", ".join(pair(_key(key), each) for key, each in value.items()) + " }"
     # A JSON string is a TOML string, too.
     return json.dumps(str(value), ensure_ascii=False)
 
@@ -234,6 +242,54 @@ def field_at(kind: type[BaseModel], path: str) -> FieldInfo:
     field = kind.model_fields[name]
     nested = _nested(field)
     return field_at(nested, rest) if rest and nested is not None else field
+
+
+def checked_field(kind: type[BaseModel], path: str, *, where: str, above: str = "") -> FieldInfo:
+    """Return the field at a dotted path that a user gave (ours).
+
+    Parameters
+    ----------
+    kind
+        Class of the settings.
+    path
+        Such as ``timing.clearance_s``.
+    where
+        Option it was given to, for errors.
+    above
+        Path of the table that ``kind`` is.
+
+    Raises
+    ------
+    InputError
+        If there is no such field, or the path goes on behind a value or stops at a table.
+    """
+    name, _, rest = path.partition(".")
+    if kind.model_config.get("extra") == "allow" and name not in kind.model_fields and not rest:
+        return FieldInfo()
+    here = f"{above}.{name}" if above else name
+    if name not in kind.model_fields:
+        place = f"{where}, table [{above}]" if above else where
+        raise unknown_name("key", name, kind.model_fields, where=place)
+    field = kind.model_fields[name]
+    nested = None if isinstance(field.default, tuple) else _nested(field)
+    if rest and nested is None:
+        raise InputError(
+            f"'{here}' is no table", where=where, expected=f"{here}=VALUE, the whole of it"
+        )
+    if nested is None or rest:
+        return checked_field(nested, rest, where=where, above=here) if nested else field
+    first = next(iter(nested.model_fields))
+    raise InputError(
+        f"'{here}' is a table", where=where, expected=f"one of its values, such as {here}.{first}=…"
+    )
+
+
+def without(values: Values, path: str) -> Values:
+    """Return values without what stands at a dotted path (ours)."""
+    name, _, rest = path.partition(".")
+    if rest and isinstance(values.get(name), dict):
+        return values | {name: without(values[name], rest)}
+    return {key: value for key, value in values.items() if rest or key != name}
 
 
 def nested_value(path: str, value: Any) -> Values:

@@ -11,7 +11,6 @@ from dmil.cli.terminal import say
 from dmil.controllers import CONTROLLERS, check_controller
 from dmil.controllers.variants import parse_variant
 from dmil.errors import InputError
-from dmil.rewards import make_reward
 from dmil.studies.comparison import REFERENCE, Contender
 from dmil.studies.tuning import load_tuned
 from dmil.training import Policy
@@ -45,22 +44,25 @@ def contenders_of(settings: EvaluateParameters, policies: list[Policy]) -> list[
             unique, count = f"{label} ({count})", count + 1
         made[unique] = Contender(unique, **contender)
 
-    make_reward(settings.reward)
+    settings.make_reward()
+    own = {"reward": settings.reward, "reward_constants": settings.reward_constants}
     mode = _mode(settings)
     for path, policy in zip(settings.policy, policies, strict=True):
         options = accepted(policy.controller, mode) | settings.changes
-        add(path.name, options=json.dumps(options), policy=str(path), reward=policy.reward)
+        learned = {"reward": policy.reward, "reward_constants": policy.reward_constants}
+        add(path.name, options=json.dumps(options), policy=str(path), **learned)
     for choice in settings.controller:
         check_controller(choice.name)
         # What freezes a learner goes over its defaults, not over what somebody asked for.
         frozen = choice.options | _untrained(choice.name, mode)
         options = frozen | choice.changed | settings.changes
-        add(choice.label, **_named(choice.name, options, settings.reward))
+        add(choice.label, **_named(choice.name, options), **own)
         _warn_of_nothing_learned(choice.label, options)
     for path in settings.tuned:
         tuned = load_tuned(path)
         options = tuned.chosen | _untrained(tuned.controller, mode) | settings.changes
-        add(f"{tuned.label} tuned", **_named(tuned.controller, options, tuned.reward))
+        its = {"reward": tuned.reward, "reward_constants": tuned.reward_constants}
+        add(f"{tuned.label} tuned", **_named(tuned.controller, options), **its)
         _warn_of_nothing_learned(tuned.label, options, path)
     for name in BASELINES if settings.baselines else ():
         if name not in made:
@@ -70,8 +72,8 @@ def contenders_of(settings: EvaluateParameters, policies: list[Policy]) -> list[
     return list(made.values())
 
 
-def _named(name: str, options: dict[str, Any], reward: str) -> dict[str, Any]:
-    return {"controller": name, "options": json.dumps(options), "reward": reward}
+def _named(name: str, options: dict[str, Any]) -> dict[str, Any]:
+    return {"controller": name, "options": json.dumps(options)}
 
 
 def _warn_of_nothing_learned(

@@ -10,10 +10,10 @@ from pydantic import Field, field_validator
 
 from dmil.cli.application import StoppedError
 from dmil.cli.choices import (
-    REWARD,
     SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS,
     ControllerChoice,
+    RewardChoice,
     SimulatorChoice,
     complete_scenario,
     controller_options,
@@ -40,7 +40,7 @@ from dmil.training import load_policy
 UNDRIVABLE = ("unknown-road", "no-way")
 
 
-class EvaluateParameters(ScenarioRecipe, SimulatorChoice):
+class EvaluateParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
     """A comparison."""
 
     controller: tuple[ControllerChoice, ...] = Field(
@@ -53,7 +53,6 @@ class EvaluateParameters(ScenarioRecipe, SimulatorChoice):
     changes: dict[str, Any] = Field(
         {}, description="Settings that go over those of all judged controllers and policies."
     )
-    reward: str = Field("diffusion", description=REWARD)
     seeds: int = Field(10, ge=1, description="Number of test seeds.")
     seed: int = Field(0, ge=0, le=LARGEST_SEED, description="First of the seeds.")
     baselines: bool = Field(

@@ -11,21 +11,26 @@ from typing import Annotated, Any, TypeVar
 
 import typer
 from pydantic import BaseModel
+from pydantic.fields import FieldInfo
 
 from dmil.cli.configuration import (
     Values,
     as_toml,
     base_type,
+    checked_field,
     field_at,
     merge,
     nested_value,
     read_file,
     validated,
+    without,
 )
 from dmil.cli.options import Config, Debug, Json, PrintConfig
 from dmil.cli.terminal import print_json
+from dmil.controllers.variants import read_options
 from dmil.errors import InputError
 
+SET = "--set"
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -51,6 +56,9 @@ class Option:
         What help shows as the default; the field's own by default.
     help
         What help says; the field's description by default.
+    assigns
+        Whether it reads KEY=VALUE: a key with a dot names any field of the settings, one without a
+        field of the table ``path``, or of the settings themselves where that is empty.
     """
 
     path: str
@@ -61,6 +69,7 @@ class Option:
     many: bool = False
     default: str = ""
     help: str = ""
+    assigns: bool = False
 
     @property
     def name(self) -> str:
@@ -69,7 +78,7 @@ class Option:
 
     def annotation(self, kind: type[BaseModel]) -> Any:
         """Return the type and help that Typer makes an option from."""
-        field = field_at(kind, self.path)
+        field = field_at(kind, self.path) if self.path else FieldInfo()
         value_type = base_type(field.annotation)
         flag = self.flag
         if value_type is bool:
@@ -106,6 +115,24 @@ class Option:
         if value == []:
             raise InputError(f"found '{given}'", where=self.flag, expected="one name or more")
         return value
+
+
+def set_option(panel: str, *, help: str, example: str, path: str = "") -> Option:
+    """Return the option ``--set`` (ours).
+
+    Parameters
+    ----------
+    panel
+        Group of options that it stands in.
+    path
+        Table that keys without a dot belong to; by default the settings themselves.
+    help
+        What help says of those keys; of keys with a dot it is said here.
+    example
+        A key with a dot, and a value.
+    """
+    whole = f"{help} With a dot any value of --print-config, such as {example}. May be repeated."
+    return Option(path, SET, panel, "KEY=VALUE", many=True, help=whole, assigns=True)
 
 
 def split(text: str) -> list[str]:
@@ -187,11 +214,48 @@ def _settings(
     places: dict[str, str] = {}
     for option in options:
         typed = given[option.name]
-        if typed is not None and typed != []:
-            values = merge(values, nested_value(option.path, option.value(typed, kind)))
-            places[option.path] = option.flag
+        if typed is None or typed == []:
+            continue
+        if option.assigns:
+            assigned = _assigned(option, typed, kind)
+        else:
+            assigned = {option.path: option.value(typed, kind)}
+        for path, value in assigned.items():
+            if path in places:
+                raise InputError(
+                    f"'{path}' is given by {places[path]}, too",
+                    where=option.flag,
+                    expected="one of the two",
+                )
+            if isinstance(value, dict) and _is_mapping(kind, path):
+                values = without(values, path)  # a file's entries do not stay beside these
+            values = merge(values, nested_value(path, value))
+            places[path] = f"{option.flag} {path}" if option.assigns else option.flag
     for name, table in values.items():
         default = kind.model_fields[name].default
         if isinstance(table, dict) and isinstance(default, BaseModel):
             values[name] = merge(default.model_dump(exclude_unset=True), table)
     return validated(kind, values, places, str(file) if file else "")
+
+
+def _is_mapping(kind: type[BaseModel], path: str) -> bool:
+    return typing.get_origin(base_type(field_at(kind, path).annotation)) is dict
+
+
+def _assigned(option: Option, texts: list[str], kind: type[BaseModel]) -> dict[str, Any]:
+    """Read what ``--set`` was given as paths of fields and their values.
+
+    Raises
+    ------
+    InputError
+        If a text is no KEY=VALUE, or there is no such field.
+    """
+    found: dict[str, Any] = {}
+    for key, value in read_options(texts, where=option.flag).items():
+        if option.path and "." not in key:
+            found[f"{option.path}.{key}"] = value
+            continue
+        field = checked_field(kind, key, where=option.flag)
+        listed = typing.get_origin(base_type(field.annotation)) is tuple
+        found[key] = split(value) if listed and isinstance(value, str) else value
+    return found

@@ -14,10 +14,10 @@ from rich import box
 from rich.table import Table
 
 from dmil.cli.choices import (
-    REWARD,
     SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS,
     ControllerChoice,
+    RewardChoice,
     SimulatorChoice,
     accepted,
     complete_scenario,
@@ -32,7 +32,6 @@ from dmil.cli.terminal import print_json, say, show, waiting
 from dmil.compilation import is_cold
 from dmil.errors import InputError, OutputError
 from dmil.files import write_atomically
-from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED, stream
@@ -47,7 +46,7 @@ DEFAULT_CONTROLLER = "max-pressure"
 SERIES_ENDINGS = (".csv", ".parquet")
 
 
-class SimulateParameters(ScenarioRecipe, SimulatorChoice):
+class SimulateParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
     """One controller on one scenario."""
 
     controller: ControllerChoice = Field(
@@ -57,7 +56,6 @@ class SimulateParameters(ScenarioRecipe, SimulatorChoice):
     policy: Path | None = Field(
         None, description="Policy of a trained controller, instead; it acts frozen and greedily."
     )
-    reward: str = Field("diffusion", description=REWARD)
     seed: int = Field(
         0, ge=0, le=LARGEST_SEED, description="Seed of demand and chance; the first of several."
     )
@@ -118,7 +116,7 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
     recipe = with_scenario_of(settings, policy)
     scenario = recipe.build()
     contender = _contender(settings, policy)
-    reward = make_reward(policy.reward if policy else settings.reward)
+    reward = (policy or settings).make_reward()
     contender.make(scenario.network)
     if settings.series and settings.series.suffix not in SERIES_ENDINGS:
         raise OutputError(

@@ -12,8 +12,9 @@ from pydantic import Field
 from dmil.analysis import Tables, tables_of
 from dmil.analysis.resco import resco_tables
 from dmil.cli.application import FAILED
+from dmil.cli.choices import DEMAND_OPTIONS
 from dmil.cli.help import Command, CommandGroup
-from dmil.cli.parameters import Option, settings_command, split
+from dmil.cli.parameters import Option, set_option, settings_command, split
 from dmil.cli.study_memories import memories
 from dmil.cli.study_running import RUNNING, RunningParameters, report_of, run_here
 from dmil.cli.study_tables import (
@@ -95,6 +96,12 @@ OPTIONS = (
     Option("load", "--load", "Study"),
     Option("rewards", "--rewards", "Study", "NAMES"),
     Option("equal_epsilon", "--equal-epsilon", "Study"),
+    *DEMAND_OPTIONS,
+    set_option(
+        "Study",
+        help="Value of the study, such as training_epsilon=0.2.",
+        example="sarsa.learning_rate=0.2",
+    ),
     *RUNNING,
 )
 
@@ -109,6 +116,9 @@ RESCO_OPTIONS = (
     Option("calibrate", "--calibrate", "Study"),
     Option("emissions", "--emissions", "Study"),
     Option("reward", "--reward", "Study"),
+    set_option(
+        "Study", help="Value of the study, such as episodes=20.", example="sarsa.learning_rate=0.2"
+    ),
     *RUNNING,
 )
 

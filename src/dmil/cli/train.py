@@ -11,10 +11,10 @@ from pydantic import Field
 
 from dmil.cli.application import StoppedError
 from dmil.cli.choices import (
-    REWARD,
     SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS,
     ControllerChoice,
+    RewardChoice,
     SimulatorChoice,
     complete_scenario,
     controller_options,
@@ -27,7 +27,6 @@ from dmil.cli.terminal import print_json, say, show, waiting
 from dmil.compilation import is_cold
 from dmil.controllers import CONTROLLERS, MemoryController, make_controller
 from dmil.errors import InputError
-from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED
@@ -46,7 +45,7 @@ from dmil.training import (
 from dmil.training import train as train_episodes
 
 
-class TrainParameters(ScenarioRecipe, SimulatorChoice):
+class TrainParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
     """A training."""
 
     controller: ControllerChoice = Field(
@@ -57,7 +56,6 @@ class TrainParameters(ScenarioRecipe, SimulatorChoice):
     tuned: Path | None = Field(
         None, description="Train the controller of a file of dmil tune with what was chosen for it."
     )
-    reward: str = Field("diffusion", description=REWARD)
     episodes: int = Field(
         10, ge=1, description="Runs to learn from, those of a resumed policy included."
     )
@@ -131,7 +129,7 @@ def train(settings: TrainParameters, json: bool) -> None:
             "no file for the policy", where="--out", mend="add for example: --out policy.npz"
         )
     scenario = recipe_of(settings).build()
-    reward = make_reward(settings.reward)
+    reward = settings.make_reward()
     simulator = make_simulator(scenario, settings.simulator)
     done = int(before.training["episodes"]) if before else 0
     options = settings.controller.complete().options
@@ -159,6 +157,7 @@ def train(settings: TrainParameters, json: bool) -> None:
                 name=settings.controller.name,
                 options=options,
                 reward=settings.reward,
+                reward_constants=settings.reward_constants,
                 training=_record(settings, scenario, episode + 1),
             ),
             out,
@@ -196,6 +195,7 @@ def _resumed(settings: TrainParameters, policy: Policy, where: str) -> TrainPara
         **record["recipe"],
         "controller": {"name": policy.controller, **policy.options},
         "reward": policy.reward,
+        "reward_constants": policy.reward_constants,
         "seed": record["seed"],
         "prior": record["prior"],
     }
@@ -232,7 +232,7 @@ def _as_tuned(settings: TrainParameters, path: Path) -> TrainParameters:
     controller = ControllerChoice(**{"name": tuned.controller, **options})
     changes: dict[str, Any] = {"controller": controller}
     if "reward" not in settings.model_fields_set:
-        changes["reward"] = tuned.reward
+        changes |= {"reward": tuned.reward, "reward_constants": tuned.reward_constants}
     return settings.model_copy(update=changes)
 
 

@@ -10,10 +10,10 @@ from pydantic import Field, field_validator
 
 from dmil.cli.application import StoppedError
 from dmil.cli.choices import (
-    REWARD,
     SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS,
     ControllerChoice,
+    RewardChoice,
     SimulatorChoice,
     complete_scenario,
     controller_options,
@@ -40,14 +40,13 @@ UNITS = {
 }
 
 
-class TuneParameters(ScenarioRecipe, SimulatorChoice, TuningSettings):
+class TuneParameters(ScenarioRecipe, SimulatorChoice, RewardChoice, TuningSettings):
     """A tuning of some controllers."""
 
     controller: tuple[ControllerChoice, ...] = Field(
         (), description="Controller to tune; may be repeated. Options given with it stay as given."
     )
     changes: dict[str, Any] = Field({}, description="Options of all controllers that stay.")
-    reward: str = Field("diffusion", description=REWARD)
     out: Path = Field(
         Path("tuned"), description="Folder for a file per controller; those begun there go on."
     )
@@ -121,7 +120,11 @@ def tune(settings: TuneParameters, json: bool) -> None:
             compile_kernels()
     found: list[tuple[Path, Tuned]] = []
     paths = {label: settings.out / f"{label}{ENDING}" for label in variants}
-    choices = {"simulator": settings.simulator, "reward": settings.reward}
+    choices: dict[str, Any] = {
+        "simulator": settings.simulator,
+        "reward": settings.reward,
+        "reward_constants": settings.reward_constants,
+    }
     # What is wrong with the last one shows before the first one has run for hours.
     for label, variant in variants.items():
         check_tuning(recipe, variant, settings.tuning, paths[label], **choices)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 from dmil.errors import NetworkError
 from dmil.network.model import Intersection, Link, Movement, RoadNetwork, Turn
 
 SIDES = ("E", "N", "W", "S")
-LINK_LENGTH_M = 50.0
 LINK_SPEED_M_PER_S = 10.0
+LINK_TIME_S = 5.0
+ENTRY_LINK_TIME_S = 0.0
 LANES = 3
 
 _TURN_TO_SIDE: tuple[tuple[Turn, int], ...] = (("right", 1), ("straight", 2), ("left", 3))
@@ -30,22 +33,32 @@ PAPER_PHASE_NAMES = (
 PAPER_UNSIGNALLED = frozenset({0, 3, 6, 9})
 
 
-def grid(rows: int, columns: int) -> RoadNetwork:
+def grid(
+    rows: int,
+    columns: int,
+    *,
+    link_time_s: float = LINK_TIME_S,
+    entry_link_time_s: float = ENTRY_LINK_TIME_S,
+) -> RoadNetwork:
     """Build a grid of the paper's four-way intersections (paper, §III and §VI).
 
     Intersections are named ``"row,column"``, row 0 in the North and column 0 in the West. Fringe
-    nodes carry their side of the network and the row or column: ``"E2"``, ``"N0"``. Links between
-    intersections are 50 m at 10 m/s (5 s); entry and exit links take no time.
+    nodes carry their side of the network and the row or column: ``"E2"``, ``"N0"``. On all links
+    vehicles drive 10 m/s, so the times make their lengths.
 
     Parameters
     ----------
     rows, columns
         Number of intersections from North to South and from West to East, each at least 1.
+    link_time_s
+        Seconds on a link between intersections.
+    entry_link_time_s
+        Seconds on an entry link, and on an exit link.
 
     Raises
     ------
     NetworkError
-        If a number is not positive and whole.
+        If a number of intersections is not positive and whole, or a time is negative or not finite.
 
     Notes
     -----
@@ -59,13 +72,18 @@ def grid(rows: int, columns: int) -> RoadNetwork:
                 expected="a whole number, at least 1",
                 mend="write for example grid(5, 5)",
             )
+    for name, time_s in (("link_time_s", link_time_s), ("entry_link_time_s", entry_link_time_s)):
+        if not (math.isfinite(time_s) and time_s >= 0):
+            raise NetworkError(
+                f"{name} is {time_s}", where="grid", expected="a number of seconds, 0 or more"
+            )
     cells = [(row, column) for row in range(rows) for column in range(columns)]
     links: dict[str, Link] = {}
     for row, column in cells:
         here = f"{row},{column}"
         for side in range(4):
             there = _neighbour(row, column, side, rows, columns)
-            length_m = LINK_LENGTH_M if "," in there else 0.0
+            length_m = (link_time_s if "," in there else entry_link_time_s) * LINK_SPEED_M_PER_S
             for start, end in ((there, here), (here, there)):
                 link = Link(f"{start}>{end}", start, end, length_m, LINK_SPEED_M_PER_S, LANES)
                 links.setdefault(link.id, link)
@@ -80,7 +98,7 @@ def grid(rows: int, columns: int) -> RoadNetwork:
         links=tuple(links.values()),
         intersections=tuple(_intersection(row, column, rows, columns) for row, column in cells),
         fringe=fringe,
-        position_m=_positions(rows, columns),
+        position_m=_positions(rows, columns, (link_time_s or LINK_TIME_S) * LINK_SPEED_M_PER_S),
     )
 
 
@@ -108,17 +126,17 @@ def _intersection(row: int, column: int, rows: int, columns: int) -> Intersectio
     )
 
 
-def _positions(rows: int, columns: int) -> dict[str, tuple[float, float]]:
-    """Place nodes 50 m apart; fringe nodes too, so that drawings show them."""
+def _positions(rows: int, columns: int, apart_m: float) -> dict[str, tuple[float, float]]:
+    """Place nodes a link's length apart; fringe nodes too, so that drawings show them."""
     position: dict[str, tuple[float, float]] = {}
-    east, north = columns * LINK_LENGTH_M, rows * LINK_LENGTH_M
+    east, north = columns * apart_m, rows * apart_m
     for row in range(rows):
-        y = (rows - 1 - row) * LINK_LENGTH_M
+        y = (rows - 1 - row) * apart_m
         position[f"E{row}"] = (east, y)
-        position[f"W{row}"] = (-LINK_LENGTH_M, y)
+        position[f"W{row}"] = (-apart_m, y)
         for column in range(columns):
-            position[f"{row},{column}"] = (column * LINK_LENGTH_M, y)
+            position[f"{row},{column}"] = (column * apart_m, y)
     for column in range(columns):
-        position[f"N{column}"] = (column * LINK_LENGTH_M, north)
-        position[f"S{column}"] = (column * LINK_LENGTH_M, -LINK_LENGTH_M)
+        position[f"N{column}"] = (column * apart_m, north)
+        position[f"S{column}"] = (column * apart_m, -apart_m)
     return position

@@ -8,10 +8,13 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from dmil.demand import Ties
 from dmil.errors import InputError
+from dmil.network.grid import ENTRY_LINK_TIME_S, LINK_TIME_S
 from dmil.network.sumo.reader import Phases
 from dmil.scenarios.calibration import load_calibration
 from dmil.scenarios.cityflow import cityflow_scenario
+from dmil.scenarios.demand_changes import DemandChanges, with_ties
 from dmil.scenarios.model import (
     HIGHEST_LOAD,
     LONGEST_RUN_S,
@@ -22,6 +25,9 @@ from dmil.scenarios.model import (
 from dmil.scenarios.registry import scenario, with_load
 from dmil.scenarios.sumo import SumoConfiguration, sumo_scenario
 from dmil.scenarios.sumo_files import Routing
+
+LONGEST_LINK_S = 3600.0
+"""Longest time on a grid's link: an hour."""
 
 
 def _changed(kind: type[BaseModel], name: str) -> Any:
@@ -55,6 +61,28 @@ class DynamicsChanges(BaseModel):
     vehicle_space_m: float | None = _changed(QueueDynamics, "vehicle_space_m")
     gap_wait_s: int | None = _changed(QueueDynamics, "gap_wait_s")
     start_wave_veh_per_s: float | None = _changed(QueueDynamics, "start_wave_veh_per_s")
+
+
+class GridChanges(BaseModel):
+    """Links of a grid that differ from the usual."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    link_time_s: float | None = Field(
+        None,
+        ge=0,
+        le=LONGEST_LINK_S,
+        allow_inf_nan=False,
+        description=f"Seconds on a link between intersections, by default {LINK_TIME_S:g} [A].",
+    )
+    entry_link_time_s: float | None = Field(
+        None,
+        ge=0,
+        le=LONGEST_LINK_S,
+        allow_inf_nan=False,
+        description="Seconds on an entry link and on an exit link, by default "
+        f"{ENTRY_LINK_TIME_S:g} [A].",
+    )
 
 
 class ScenarioRecipe(BaseModel):
@@ -108,12 +136,22 @@ class ScenarioRecipe(BaseModel):
         allow_inf_nan=False,
         description="Factor on the demand; 2 means twice as many vehicles.",
     )
+    ties: Ties | None = Field(
+        None,
+        description="What decides between equally short ways of random arrivals: straight "
+        "(straight on first, which leaves one way per pair of nodes on a grid; the default) or "
+        "coin (at every place a fair coin, drawn in advance).",
+    )
     calibration: Path | None = Field(
         None,
         description="What dmil calibrate has measured in SUMO; the queue simulator uses it.",
     )
     timing: TimingChanges = Field(TimingChanges(), description="When signals may change.")
     dynamics: DynamicsChanges = Field(DynamicsChanges(), description="How queues discharge.")
+    demand: DemandChanges = Field(
+        DemandChanges(), description="Random arrivals in place of the scenario's own demand."
+    )
+    grid: GridChanges = Field(GridChanges(), description="Links of a grid.")
 
     def build(self) -> Scenario:
         """Make the scenario (ours).
@@ -125,6 +163,10 @@ class ScenarioRecipe(BaseModel):
             that of another network.
         """
         made = self._named()
+        made = replace(made, demand=self.demand.applied_to(made.demand, made.network))
+        if self.ties is not None:
+            made = replace(made, demand=with_ties(made.demand, self.ties, made.network))
+        made = with_load(made, self.load)
         if self.calibration is not None:
             made = load_calibration(self.calibration).applied_to(made)
         return replace(
@@ -141,26 +183,32 @@ class ScenarioRecipe(BaseModel):
             return scenario(
                 str(self.scenario),
                 horizon_s=self.horizon_s,
-                load=self.load,
                 begin_s=self.begin_s,
                 phases=self.phases,
                 routing=self.routing,
+                link_time_s=self.grid.link_time_s,
+                entry_link_time_s=self.grid.entry_link_time_s,
+            )
+        if _given(self.grid):
+            raise InputError(
+                "the links of these files have times of their own",
+                where=f"grid: {', '.join(_given(self.grid))}",
+                expected="a grid where these are given",
+                mend="leave them out",
             )
         if given == ["roadnet", "flow"] and self.roadnet and self.flow:
             others = ("begin_s", "phases", "routing")
             if all(getattr(self, name) is None for name in others):
-                made = cityflow_scenario(self.roadnet, self.flow, horizon_s=self.horizon_s)
-                return with_load(made, self.load)
+                return cityflow_scenario(self.roadnet, self.flow, horizon_s=self.horizon_s)
             given += [name for name in others if getattr(self, name) is not None]
         if given == ["net", "routes"] and self.net:
-            made = sumo_scenario(
+            return sumo_scenario(
                 SumoConfiguration(self.net, self.routes),
                 begin_s=self.begin_s,
                 horizon_s=self.horizon_s,
                 phases=self.phases or "program",
                 routing=self.routing,
             )
-            return with_load(made, self.load)
         raise InputError(
             f"only {given[0]}" if len(given) == 1 else " and ".join(given) or "none is given",
             where="scenario",

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from typing import Any
 
-from dmil.demand import Demand, PoissonDemand, ProfileDemand, ScalableDemand
+from dmil.demand import Demand, PoissonDemand, ProfileDemand, ScalableDemand, Ties
 from dmil.demand.vehicles import check_load
 from dmil.errors import InputError, unknown_name
 from dmil.network import grid
 from dmil.network.sumo.reader import Phases
 from dmil.scenarios.cityflow import cityflow_scenario, find_cityflow_files
+from dmil.scenarios.demand_changes import with_ties
 from dmil.scenarios.model import QueueDynamics, Scenario, SignalTiming
 from dmil.scenarios.resco import PREFIX, RESCO, find_resco_configuration
 from dmil.scenarios.sumo import sumo_scenario
@@ -56,6 +58,9 @@ def scenario(
     begin_s: int | None = None,
     phases: Phases | None = None,
     routing: Routing | None = None,
+    ties: Ties | None = None,
+    link_time_s: float | None = None,
+    entry_link_time_s: float | None = None,
 ) -> Scenario:
     """Return a scenario by its name (grids: paper, §VI; resco: RESCO; others ours).
 
@@ -73,6 +78,11 @@ def scenario(
         Instead of the scenario's own.
     begin_s, phases, routing
         Of scenarios from SUMO's files only, see `sumo_scenario`.
+    ties
+        What decides between equally short ways of random arrivals: ``"straight"`` (straight on
+        first) or ``"coin"``, see `dmil.demand.PoissonDemand`; as in the demand if not given.
+    link_time_s, entry_link_time_s
+        Of grids only, see `dmil.network.grid`.
 
     Raises
     ------
@@ -81,22 +91,54 @@ def scenario(
     MissingExtraError
         If it needs a package that is not installed.
     """
+    made = _named(
+        name,
+        horizon_s=horizon_s,
+        timing=timing,
+        dynamics=dynamics,
+        sumo={"begin_s": begin_s, "phases": phases, "routing": routing},
+        times={"link_time_s": link_time_s, "entry_link_time_s": entry_link_time_s},
+    )
+    if demand is not None:
+        made = replace(made, demand=demand)
+    if ties is not None:
+        made = replace(made, demand=with_ties(made.demand, ties, made.network))
+    return with_load(made, load)
+
+
+def _named(
+    name: str,
+    *,
+    horizon_s: int | None,
+    timing: SignalTiming | None,
+    dynamics: QueueDynamics | None,
+    sumo: dict[str, Any],
+    times: dict[str, float | None],
+) -> Scenario:
+    """Return a scenario with its own demand; what is None among the last two is not given."""
     if name.endswith(".sumocfg") and ":" not in name:
         name = f"sumo:{name}"
     kind, _, rest = name.partition(":")
+    of_grids = {key: value for key, value in times.items() if value is not None}
+    if of_grids and kind != "grid":
+        raise InputError(
+            f"the links of '{name}' have times of their own",
+            where=f"grid: {', '.join(of_grids)}",
+            expected="a grid where these are given",
+            mend="leave them out",
+        )
     if name.startswith(PREFIX) or (kind == "sumo" and rest):
-        made = sumo_scenario(
+        return sumo_scenario(
             find_resco_configuration(name) if name.startswith(PREFIX) else rest,
-            begin_s=begin_s,
+            begin_s=sumo["begin_s"],
             horizon_s=horizon_s,
-            phases=phases or "program",
-            routing=routing,
+            phases=sumo["phases"] or "program",
+            routing=sumo["routing"],
             timing=timing,
             dynamics=dynamics,
             name=name,
         )
-        return with_load(made if demand is None else replace(made, demand=demand), load)
-    if begin_s is not None or phases is not None or routing is not None:
+    if any(value is not None for value in sumo.values()):
         raise InputError(
             f"the scenario '{name}' has no begin, phases or routing to choose",
             where="scenario",
@@ -109,23 +151,20 @@ def scenario(
         if kind_of_demand not in GRID_DEMANDS or name.endswith("/"):
             known = [each for each in GRID_DEMANDS if each]
             raise unknown_name("demand of a grid", kind_of_demand, known, where=name)
-        made = Scenario(
+        return Scenario(
             name,
-            grid(rows, columns),
-            demand or GRID_DEMANDS[kind_of_demand],
+            grid(rows, columns, **of_grids),
+            GRID_DEMANDS[kind_of_demand],
             timing or SignalTiming(),
             dynamics or QueueDynamics(),
             GRID_HORIZON_S if horizon_s is None else horizon_s,
         )
-    elif kind == "cityflow" and rest:
+    if kind == "cityflow" and rest:
         roadnet, flow = find_cityflow_files(rest)
-        made = cityflow_scenario(
+        return cityflow_scenario(
             roadnet, flow, horizon_s=horizon_s, timing=timing, dynamics=dynamics, name=name
         )
-        made = made if demand is None else replace(made, demand=demand)
-    else:
-        raise unknown_name("scenario", name, _NAMES)
-    return with_load(made, load)
+    raise unknown_name("scenario", name, _NAMES)
 
 
 def _grid_size(name: str) -> tuple[int, int]:

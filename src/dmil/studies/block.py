@@ -8,8 +8,9 @@ from functools import lru_cache
 from typing import Any
 
 from dmil.controllers import Controller, MemoryUse, Prior, make_controller
-from dmil.rewards import make_reward
-from dmil.scenarios import Scenario, scenario
+from dmil.rewards import PAPER_CONSTANTS, Reward, make_reward
+from dmil.scenarios import Scenario
+from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.simulation import Measures, QueueSimulator
 from dmil.studies.plan import Architecture, Block, architectures, training_s
 from dmil.studies.settings import PRESETS, PaperStudySettings
@@ -43,13 +44,14 @@ class BlockResult:
 def run_block(settings: PaperStudySettings, block: Block) -> BlockResult:
     """Run all architectures of a block; a run that fails becomes a row that says so (ours)."""
     test, simulator, training, training_simulator = _scenarios(
-        block.scenario, settings.load, settings.horizon_s, training_s(settings, block.preset)
+        settings.recipe(block.scenario).model_dump_json(), training_s(settings, block.preset)
     )
+    rewards = {name: _reward(settings, name) for name in settings.rewards}
     vehicles = vehicles_of_seed(test, block.seed)
     priors = {
         reward: train_prior(
             training,
-            make_reward(reward),
+            rewards[reward],
             block.seed,
             epsilon=settings.training_epsilon,
             simulator=training_simulator,
@@ -69,7 +71,7 @@ def run_block(settings: PaperStudySettings, block: Block) -> BlockResult:
         }
         try:
             controller = _controller(settings, block.preset, architecture, priors[reward])
-            result = evaluate(simulator, controller, vehicles, make_reward(reward), block.seed)
+            result = evaluate(simulator, controller, vehicles, rewards[reward], block.seed)
         except Exception as error:
             runs.append(row | {"status": f"{type(error).__name__}: {error}"})
             continue
@@ -146,11 +148,15 @@ def _controller(
     return make_controller(architecture.controller, options, prior=prior)
 
 
+def _reward(settings: PaperStudySettings, name: str) -> Reward:
+    return make_reward(name, settings.reward_constants if name == "default" else PAPER_CONSTANTS)
+
+
 # Blocks of one grid share network and simulators: what is derived from a network is kept with it.
 @lru_cache(maxsize=8)
 def _scenarios(
-    name: str, load: float, test_s: int, training_s: int
+    recipe: str, training_s: int
 ) -> tuple[Scenario, QueueSimulator, Scenario, QueueSimulator]:
-    test = scenario(name, horizon_s=test_s, load=load)
+    test = ScenarioRecipe.model_validate_json(recipe).build()
     training = replace(test, horizon_s=training_s)
     return test, QueueSimulator(test), training, QueueSimulator(training)

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from dmil.controllers import Controller, make_controller
 from dmil.network import RoadNetwork
-from dmil.rewards import make_reward
+from dmil.rewards import PAPER_CONSTANTS, RewardConstants, make_reward
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import stream
@@ -44,8 +44,8 @@ class Contender:
         Its options as JSON, which go over those of the policy.
     policy
         File that it was saved in, if it was trained.
-    reward
-        What it gets if it learns.
+    reward, reward_constants
+        What it gets if it learns, see `dmil.rewards.make_reward`.
     """
 
     label: str
@@ -53,6 +53,7 @@ class Contender:
     options: str = "{}"
     policy: str | None = None
     reward: str = "diffusion"
+    reward_constants: RewardConstants = PAPER_CONSTANTS
 
     def make(self, network: RoadNetwork) -> Controller:
         """Make the controller for a network, with what it has learned (ours)."""
@@ -200,7 +201,7 @@ def _run(recipe: str, name: str, emissions: bool, call: int, item: Item) -> tupl
         simulator,
         contender.make(scenario.network),
         vehicles_of_seed(scenario, seed),
-        make_reward(contender.reward),
+        make_reward(contender.reward, contender.reward_constants),
         seed,
     )
     row = measures_row(result.measures, result.memory[-1])

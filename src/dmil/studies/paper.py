@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import dmil
-from dmil.rewards import make_reward
-from dmil.scenarios import scenario
+from dmil.rewards import check_constants, make_reward
 from dmil.studies.block import BlockResult, run_block
 from dmil.studies.executors import Executor
 from dmil.studies.plan import Block, blocks
@@ -68,10 +67,11 @@ def check_study(settings: PaperStudySettings) -> None:
         If there is no such grid or reward, or a run is too short.
     """
     for name in settings.grids:
-        made = scenario(f"grid:{name}", horizon_s=settings.horizon_s)
+        made = settings.recipe(f"grid:{name}").build()
         check_horizon(settings.horizon_s, made.timing.decision_interval_s)
     for reward in settings.rewards:
         make_reward(reward)
+    check_constants(settings.rewards, settings.reward_constants)
 
 
 def study_identity(settings: PaperStudySettings) -> dict[str, Any]:

@@ -11,8 +11,12 @@ from typing import Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from dmil.controllers.settings import DualMemorySettings, SarsaSettings
+from dmil.demand import Ties
 from dmil.errors import InputError
+from dmil.rewards import PAPER_CONSTANTS, RewardConstants
+from dmil.scenarios.demand_changes import DemandChanges
 from dmil.scenarios.model import HIGHEST_LOAD, LONGEST_RUN_S
+from dmil.scenarios.recipe import DynamicsChanges, GridChanges, ScenarioRecipe, TimingChanges
 from dmil.seeding import LARGEST_SEED
 
 PresetName = Literal["literal", "decaying", "matched"]
@@ -69,8 +73,17 @@ class PaperStudySettings(BaseModel):
         allow_inf_nan=False,
         description="Factor on the paper's arrival rates.",
     )
+    ties: Ties = Field(
+        "straight",
+        description="What decides between equally short ways: straight (straight on first, which "
+        "leaves one way per pair of nodes) or coin (at every place a fair coin, drawn in "
+        "advance) [A].",
+    )
     rewards: tuple[str, ...] = Field(
         ("default", "diffusion", "entropy"), min_length=1, description="Rewards [P]."
+    )
+    reward_constants: RewardConstants = Field(
+        PAPER_CONSTANTS, description="Constants of the reward default [P]."
     )
     training_epsilon: float = Field(0.1, ge=0, le=1, description="ε_train of the dummy agent [P].")
     equal_epsilon: bool = Field(
@@ -83,6 +96,16 @@ class PaperStudySettings(BaseModel):
     dual_memory: DualMemorySettings = Field(
         DualMemorySettings(), description="Memory-based agent; likewise."
     )
+    timing: TimingChanges = Field(
+        TimingChanges(), description="When signals may change, where not as in the paper."
+    )
+    dynamics: DynamicsChanges = Field(
+        DynamicsChanges(), description="How queues discharge, where not as in the paper."
+    )
+    demand: DemandChanges = Field(
+        DemandChanges(), description="Random arrivals in place of the paper's."
+    )
+    grid: GridChanges = Field(GridChanges(), description="Links of the grids.")
 
     @field_validator("presets", "grids", "rewards")
     @classmethod
@@ -99,6 +122,17 @@ class PaperStudySettings(BaseModel):
                 if getattr(chosen, field) != getattr(usual, field):
                     raise ValueError(f"{name}.{field} is set by the study itself: leave it out")
         return self
+
+    def recipe(self, scenario: str) -> ScenarioRecipe:
+        """Return what a scenario of the study is made from (ours).
+
+        Parameters
+        ----------
+        scenario
+            Its name, such as grid:5x5.
+        """
+        names = ("horizon_s", "load", "ties", "timing", "dynamics", "demand", "grid")
+        return ScenarioRecipe(scenario=scenario, **{name: getattr(self, name) for name in names})
 
 
 def check_horizon(horizon_s: int, decision_interval_s: int) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 
 import dmil
 from dmil.controllers import MemoryController, Situation, make_controller
@@ -15,6 +16,7 @@ from dmil.controllers.agents import agents_of
 from dmil.errors import InputError, PolicyError
 from dmil.files import write_atomically
 from dmil.network import RoadNetwork
+from dmil.rewards import PAPER_CONSTANTS, Reward, RewardConstants, make_reward
 from dmil.scenarios import SignalTiming
 from dmil.seeding import stream
 
@@ -48,6 +50,8 @@ class Policy:
         What the controller's ``restore`` takes.
     training: dict
         Where and how long it was trained: scenario, seed, episodes.
+    reward_constants: RewardConstants
+        Constants of that reward.
     """
 
     controller: str
@@ -56,6 +60,17 @@ class Policy:
     shapes: list[str]
     arrays: dict[str, np.ndarray] = field(repr=False)
     training: dict[str, Any]
+    reward_constants: RewardConstants = PAPER_CONSTANTS
+
+    def make_reward(self) -> Reward:
+        """Make the reward it learned from (ours).
+
+        Raises
+        ------
+        InputError
+            If there is none of that name.
+        """
+        return make_reward(self.reward, self.reward_constants)
 
 
 def policy_of(
@@ -66,6 +81,7 @@ def policy_of(
     options: dict[str, Any],
     reward: str,
     training: dict[str, Any],
+    reward_constants: RewardConstants = PAPER_CONSTANTS,
 ) -> Policy:
     """Take a trained controller's policy (ours).
 
@@ -75,7 +91,7 @@ def policy_of(
         After at least one run.
     network
         Where it was trained.
-    name, options, reward, training
+    name, options, reward, training, reward_constants
         See `Policy`.
     """
     return Policy(
@@ -85,6 +101,7 @@ def policy_of(
         shapes=shapes_of(network),
         arrays={key: np.asarray(array) for key, array in controller.arrays().items()},
         training=training,
+        reward_constants=reward_constants,
     )
 
 
@@ -103,6 +120,7 @@ def save_policy(policy: Policy, path: Path) -> None:
         "controller": policy.controller,
         "options": policy.options,
         "reward": policy.reward,
+        "reward_constants": policy.reward_constants.changed,
         "shapes": policy.shapes,
         "training": policy.training,
     }
@@ -152,7 +170,16 @@ def load_policy(path: Path) -> Policy:
                 where=where,
                 expected="a file as dmil train wrote it",
             )
-    return Policy(**{key: header[key] for key in HEADER_FIELDS}, arrays=arrays)
+    try:
+        constants = RewardConstants.model_validate(header.get("reward_constants", {}))
+    except ValidationError:
+        raise PolicyError(
+            f"its header has {header['reward_constants']!r} for 'reward_constants'",
+            where=where,
+            expected="a file as dmil train wrote it",
+        ) from None
+    known = {key: header[key] for key in HEADER_FIELDS}
+    return Policy(**known, arrays=arrays, reward_constants=constants)
 
 
 def controller_of(

@@ -14,6 +14,7 @@ from dmil.controllers import CONTROLLERS, check_controller, make_settings
 from dmil.controllers.variants import Variant
 from dmil.errors import InputError
 from dmil.files import write_text_atomically
+from dmil.rewards import PAPER_CONSTANTS, RewardConstants
 from dmil.seeding import stream
 from dmil.statistics import Estimate, paired_difference
 from dmil.studies.tuning.settings import TuningSettings
@@ -54,6 +55,9 @@ class Tuned(BaseModel):
     same_demand: bool = Field(description="Whether its vehicles are the same in every seed.")
     simulator: str = Field(description="Simulator of all runs.")
     reward: str = Field(description="What it got if it learns.")
+    reward_constants: RewardConstants = Field(
+        PAPER_CONSTANTS, description="Constants of that reward."
+    )
     horizon_s: int = Field(description="Length of a run in s.")
     settings: dict[str, Any] = Field(description="Budget, seeds, and what was made low.")
     space: dict[str, Any] = Field(description="Values that were searched.")

@@ -16,7 +16,7 @@ from dmil.controllers import CONTROLLERS, make_controller
 from dmil.controllers.variants import Variant
 from dmil.errors import InputError, OutputError
 from dmil.files import held
-from dmil.rewards import make_reward
+from dmil.rewards import PAPER_CONSTANTS, RewardConstants, make_reward
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import simulator_seed, tuning_seeds
 from dmil.simulation import make_simulator
@@ -45,6 +45,7 @@ def tune(
     *,
     simulator: str = "queue",
     reward: str = "diffusion",
+    reward_constants: RewardConstants = PAPER_CONSTANTS,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Tuned:
@@ -63,7 +64,7 @@ def tune(
         How much, and what for.
     path
         The file.
-    simulator, reward
+    simulator, reward, reward_constants
         See `dmil.simulation.make_simulator` and `dmil.rewards.make_reward`.
     executor
         Where runs happen; the same results with every one.
@@ -79,7 +80,7 @@ def tune(
     MissingExtraError
         Without Optuna, or what the controller needs.
     """
-    about = _about(recipe, variant, settings, simulator, reward)
+    about = _about(recipe, variant, settings, simulator, reward, reward_constants)
     with held(path.with_name(f"{path.name}.in-use"), where=path, work="tuning"):
         ledger = _Ledger(about, path)
         if not about.space:
@@ -97,6 +98,7 @@ def check_tuning(
     *,
     simulator: str = "queue",
     reward: str = "diffusion",
+    reward_constants: RewardConstants = PAPER_CONSTANTS,
 ) -> None:
     """Find what is wrong with a tuning before anything is run; see `tune`.
 
@@ -105,7 +107,7 @@ def check_tuning(
     InputError, OutputError, MissingExtraError
         As `tune` raises.
     """
-    _Ledger(_about(recipe, variant, settings, simulator, reward), path)
+    _Ledger(_about(recipe, variant, settings, simulator, reward, reward_constants), path)
 
 
 def _run(
@@ -127,6 +129,7 @@ def _run(
         settings.episodes,
         settings.frozen,
         next(_CALLS),
+        about.reward_constants,
     )
     cost = settings.runs_per_seed(learns=learns)
 
@@ -199,10 +202,11 @@ def _about(
     settings: TuningSettings,
     simulator: str,
     reward: str,
+    reward_constants: RewardConstants,
 ) -> Tuned:
     """Return what a tuning is, before anything has run; all that can be wrong shows here."""
     scenario = recipe.build()
-    make_reward(reward)
+    make_reward(reward, reward_constants)
     make_simulator(scenario, simulator)
     make_controller(variant.name, variant.options)
     space = search_space(variant.name, variant.options)
@@ -225,6 +229,7 @@ def _about(
         same_demand=has_same_demand(scenario, 0),
         simulator=simulator,
         reward=reward,
+        reward_constants=reward_constants,
         horizon_s=scenario.horizon_s,
         settings=settings.model_dump(mode="json"),
         space=json.loads(json.dumps(as_json(space))),

@@ -10,7 +10,7 @@ from functools import lru_cache
 from dmil.controllers import CONTROLLERS, Controller, MemoryController, make_controller
 from dmil.errors import DivergedError
 from dmil.network import RoadNetwork
-from dmil.rewards import make_reward
+from dmil.rewards import PAPER_CONSTANTS, RewardConstants, make_reward
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.simulation import Simulator, make_simulator
@@ -51,6 +51,7 @@ class Judge:
     frozen: bool
     call: int
         Number of the tuning: files of scenarios may change between two.
+    reward_constants: RewardConstants
     """
 
     recipe: str
@@ -61,6 +62,7 @@ class Judge:
     episodes: int
     frozen: bool
     call: int = 0
+    reward_constants: RewardConstants = PAPER_CONSTANTS
 
     def __call__(self, trial: Trial) -> tuple[Trial, float | str]:
         """Return a trial's score, or why there is none (ours)."""
@@ -80,7 +82,7 @@ class Judge:
             What the controller learned is no longer a number.
         """
         scenario, simulator = _place(self.recipe, self.simulator, self.call)
-        reward = make_reward(self.reward)
+        reward = make_reward(self.reward, self.reward_constants)
         controller = make_controller(self.controller, options)
         if isinstance(controller, MemoryController):
             numbers = range(self.episodes)
@@ -100,6 +102,7 @@ class Judge:
             name=self.controller,
             options=options,
             reward=self.reward,
+            reward_constants=self.reward_constants,
             training={"scenario": network.name},
         )
         settings = CONTROLLERS[self.controller].settings
