@@ -2,15 +2,19 @@ import math
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
+from dmil.errors import InputError
 from dmil.network import grid
 from dmil.rewards import (
     RELAXATION_VEH,
     REWARDS,
     TOLERATED_VEH,
+    RewardConstants,
     default,
     diffusion,
     entropy,
+    make_reward,
     pressure,
     queue,
 )
@@ -108,6 +112,31 @@ def test_the_papers_constants():
 def test_default_has_three_branches(growth, of_it):
     before, after = max(0, -growth), max(0, growth)
     assert of_one(default, [before], [after]) == 11 + of_it
+
+
+@pytest.mark.parametrize(("growth", "of_it"), [(0, 1), (2, 1), (3, 0), (6, 0), (7, -1), (12, -1)])
+def test_default_with_other_constants(growth, of_it):
+    # α = 2.5, θ = 4: rewarded up to 2.5, punished from 6.5 on.
+    reward = make_reward("default", RewardConstants(relaxation_veh=2.5, tolerated_veh=4))
+    assert of_one(reward, [0], [growth]) == 11 + of_it
+
+
+def test_the_papers_constants_are_the_named_reward():
+    assert make_reward("default", RewardConstants()) is REWARDS["default"]
+    assert RewardConstants().changed == {}
+    assert RewardConstants(tolerated_veh=5).changed == {"tolerated_veh": 5.0}
+
+
+@pytest.mark.parametrize("name", ["entropy", "mine:calm"])
+def test_only_the_default_reward_has_constants(name):
+    with pytest.raises(InputError, match="reward_constants: tolerated_veh is given, but the"):
+        make_reward(name, RewardConstants(tolerated_veh=5))
+
+
+@pytest.mark.parametrize("value", [-1.0, float("nan"), float("inf")])
+def test_constants_are_numbers_of_zero_or_more(value):
+    with pytest.raises(ValidationError):
+        RewardConstants(tolerated_veh=value)
 
 
 def test_default_by_hand():

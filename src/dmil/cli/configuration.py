@@ -119,6 +119,8 @@ def validated(kind: type[Model], values: Values, places: Mapping[str, str], file
     # The innermost table or value on the way to it that an option has given.
     ways = (".".join(steps[:length]) for length in range(len(steps), 0, -1))
     option = next((places[way] for way in ways if way in places), None)
+    if option is None and path and not file:
+        option = " and ".join(flag for way, flag in places.items() if way.startswith(f"{path}."))
     where = option or ": ".join(part for part in (file, path) if part)
     if first["type"] == "literal_error":
         known = _choices(kind, steps)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,7 @@ from dmil.controllers import CONTROLLERS
 from dmil.demand import SumoDemand
 from dmil.errors import InputError
 from dmil.scenarios import Scenario
+from dmil.scenarios.demand_changes import DemandChanges
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED
 from dmil.statistics import Estimate
@@ -200,6 +202,8 @@ def _write_report(
             phases=recipe.phases,
             routing=recipe.routing,
         )
+        if recipe.demand != DemandChanges() or recipe.ties is not None:
+            case = replace(case, demand=scenario.demand)
         write_comparison(path, found, examine(case), title=scenario.name, about=about, notes=notes)
 
 

@@ -32,6 +32,7 @@ from dmil.cli.terminal import print_json, say, show, waiting
 from dmil.compilation import is_cold
 from dmil.errors import InputError, OutputError
 from dmil.files import write_atomically
+from dmil.rewards import PAPER_CONSTANTS
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED, stream
@@ -112,6 +113,12 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
             where=str(settings.policy),
             expected="one of the two",
             mend="leave out --policy or --controller; dmil evaluate compares both",
+        )
+    if policy and settings.reward_constants not in (PAPER_CONSTANTS, policy.reward_constants):
+        raise InputError(
+            "other constants of the reward than those the policy learned from",
+            where="reward_constants",
+            mend="leave them out: the policy brings its own",
         )
     recipe = with_scenario_of(settings, policy)
     scenario = recipe.build()

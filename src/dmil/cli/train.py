@@ -232,7 +232,9 @@ def _as_tuned(settings: TrainParameters, path: Path) -> TrainParameters:
     controller = ControllerChoice(**{"name": tuned.controller, **options})
     changes: dict[str, Any] = {"controller": controller}
     if "reward" not in settings.model_fields_set:
-        changes |= {"reward": tuned.reward, "reward_constants": tuned.reward_constants}
+        changes["reward"] = tuned.reward
+        if "reward_constants" not in settings.model_fields_set:
+            changes["reward_constants"] = tuned.reward_constants
     return settings.model_copy(update=changes)
 
 

@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from dmil.controllers.settings import DualMemorySettings, SarsaSettings
 from dmil.demand import Ties
 from dmil.errors import InputError
+from dmil.network.grid import ENTRY_LINK_TIME_S, LINK_TIME_S
 from dmil.rewards import PAPER_CONSTANTS, RewardConstants
 from dmil.scenarios.demand_changes import DemandChanges
 from dmil.scenarios.model import HIGHEST_LOAD, LONGEST_RUN_S
@@ -97,15 +98,20 @@ class PaperStudySettings(BaseModel):
         DualMemorySettings(), description="Memory-based agent; likewise."
     )
     timing: TimingChanges = Field(
-        TimingChanges(), description="When signals may change, where not as in the paper."
+        TimingChanges(decision_interval_s=10),
+        description="When signals may change; what is not given is as in the paper [P t_a 10].",
     )
     dynamics: DynamicsChanges = Field(
-        DynamicsChanges(), description="How queues discharge, where not as in the paper."
+        DynamicsChanges(saturation_flow_veh_per_s=1.0),
+        description="How queues discharge; the saturation flow is v* [A].",
     )
     demand: DemandChanges = Field(
         DemandChanges(), description="Random arrivals in place of the paper's."
     )
-    grid: GridChanges = Field(GridChanges(), description="Links of the grids.")
+    grid: GridChanges = Field(
+        GridChanges(link_time_s=LINK_TIME_S, entry_link_time_s=ENTRY_LINK_TIME_S),
+        description="Links of the grids.",
+    )
 
     @field_validator("presets", "grids", "rewards")
     @classmethod
