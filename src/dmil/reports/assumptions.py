@@ -15,15 +15,27 @@ from dmil.studies.settings import PaperStudySettings, Preset
 #: Readings that are built in, not settings of a study.
 _BUILT_IN: tuple[tuple[str, str, str], ...] = (
     ("F", "the complex classes scale a state to levels 0 to B", "B = 5"),
-    ("A", "arrival rates λ are vehicles per minute", "5, 5, 10, 7 for E, N, W, S"),
-    ("A", "a vehicle with two shortest ways takes a coin drawn in advance", "at every turn"),
-    ("A", "v*, vehicles that a served orientation discharges per step", "1"),
-    ("A", "time on a link between intersections, and on an entry link", "5 s, 0 s"),
-    ("A", "time lost when signals change", "0 s"),
     ("A", "what the paper's W is divided by", "V_c at the horizon"),
     ("A", "action in a state without an entry", "uniformly random"),
     ("A", "distance within which simple classes match", "1 vehicle in any orientation"),
     ("A", "what dual memory takes from the trained table", "the best κ of its rows"),
+)
+
+#: Readings that are values of a scenario: dotted name, and what holds where it is not given.
+_OF_A_SCENARIO: tuple[tuple[str, str, str], ...] = (
+    (
+        "demand.rate_veh_per_min",
+        "arrival rates λ per minute and fringe node",
+        "E 5, N 5, W 10, S 7",
+    ),
+    (
+        "dynamics.saturation_flow_veh_per_s",
+        "v*, vehicles that a served orientation discharges per step",
+        "1",
+    ),
+    ("grid.link_time_s", "time on a link between intersections, in s", "5"),
+    ("grid.entry_link_time_s", "time on an entry link, in s", "0"),
+    ("timing.clearance_s", "time lost when signals change, in s", "0"),
 )
 
 _MARK = re.compile(r"\s*\[[^\]]*\b([AF])\b[^\]]*\]")
@@ -69,6 +81,10 @@ def assumptions(configuration: Mapping[str, Any]) -> list[Assumption]:
             if name not in seen:
                 seen.add(name)
                 found.append(Assumption(mark, meaning, _values(used, name) or default))
+    found += [
+        Assumption("A", meaning, _given(configuration, path) or usual)
+        for path, meaning, usual in _OF_A_SCENARIO
+    ]
     found += [Assumption(*reading) for reading in _BUILT_IN]
     return sorted(found, key=lambda item: item.mark != "F")
 
@@ -99,6 +115,16 @@ def _marked(settings: type[BaseModel]) -> Iterator[tuple[str, str, str, str]]:
 def _values(used: list[tuple[str, Any]], name: str) -> str:
     values = {_text(value) for key, value in used if key.rsplit(".", 1)[-1] == name}
     return ", ".join(sorted(values))
+
+
+def _given(configuration: Mapping[str, Any], path: str) -> str:
+    """Return the value at a dotted path, empty if there is none."""
+    value: Any = configuration
+    for name in path.split("."):
+        value = value.get(name) if isinstance(value, Mapping) else None
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {each:g}" for name, each in value.items())
+    return "" if value is None else f"{value:g}"
 
 
 def _preset_values(used: list[tuple[str, Any]], name: str) -> str:

@@ -99,11 +99,11 @@ class PaperStudySettings(BaseModel):
     )
     timing: TimingChanges = Field(
         TimingChanges(decision_interval_s=10),
-        description="When signals may change; what is not given is as in the paper [P t_a 10].",
+        description="When signals may change; the decision interval is t_a [P 10].",
     )
     dynamics: DynamicsChanges = Field(
         DynamicsChanges(saturation_flow_veh_per_s=1.0),
-        description="How queues discharge; the saturation flow is v* [A].",
+        description="How queues discharge; the saturation flow is v*.",
     )
     demand: DemandChanges = Field(
         DemandChanges(), description="Random arrivals in place of the paper's."

@@ -248,6 +248,18 @@ def test_an_unknown_format_is_refused(tmp_path):
     assert issubclass(OutputError, InputError) and list(tmp_path.iterdir()) == []
 
 
+def test_assumptions_show_the_values_of_the_scenario():
+    def told(configuration):
+        return {each.meaning: each.value for each in assumptions(configuration)}
+
+    usual = told({"grid": {"link_time_s": None}})
+    assert usual["time on a link between intersections, in s"] == "5"
+    assert usual["arrival rates λ per minute and fringe node"] == "E 5, N 5, W 10, S 7"
+    found = told({"grid": {"link_time_s": 3.0}, "demand": {"rate_veh_per_min": {"E": 2.5}}})
+    assert found["time on a link between intersections, in s"] == "3"
+    assert found["arrival rates λ per minute and fringe node"] == "E 2.5"
+
+
 def test_assumptions_show_the_values_used():
     found = assumptions({"agents": [{"learning_rate": 0.2}, {"learning_rate": 0.1}]})
     values = {item.meaning: item.value for item in found}
