@@ -1,4 +1,4 @@
-"""Dual-memory integrated learning: the paper's memory-based agent (Algorithm 4)."""
+"""Dual-memory integrated learning: the paper's memory-based agent (Algorithm 3)."""
 
 from __future__ import annotations
 
@@ -239,7 +239,7 @@ def starting_bests(
 
 @kernel
 def decide_dual_memory(classes: Classes, memory: DualMemory, step: Step, scratch: Scratch) -> None:
-    """Choose the next actions of all agents and remember Q of the last ones (Algorithm 4).
+    """Choose the next actions of all agents and remember Q of the last ones (Algorithm 3).
 
     Parameters
     ----------

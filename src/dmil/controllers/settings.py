@@ -93,7 +93,7 @@ class SarsaSettings(LearnerSettings):
 
 
 class DualMemorySettings(LearnerSettings):
-    """The memory-based agent (paper, Algorithms 1–4)."""
+    """The memory-based agent (paper, Algorithms 1–3)."""
 
     embedding: str = Field(
         default="complex", description="How states share entries: a named embedding."

@@ -1,4 +1,4 @@
-"""What the tabular learners share: Algorithm 4's loop over decisions, for all agents at once."""
+"""What the tabular learners share: Algorithm 3's loop over decisions, for all agents at once."""
 
 from __future__ import annotations
 

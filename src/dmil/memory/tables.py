@@ -205,7 +205,7 @@ def write(
     value: float,
     scratch: Scratch,
 ) -> None:
-    """Store Q for a key's class and the equivalent action (Algorithm 1, lines 5–11)."""
+    """Store Q for a key's class and the equivalent action (Algorithm 1 up to its update rule)."""
     row, variant = look_up(table.rows, classes, owner, shape, key, scratch)
     write_found(table, classes, owner, shape, key, row, variant, action, value)
 

@@ -49,7 +49,7 @@ def run(
     *,
     watch_memory: bool = True,
 ) -> Run:
-    """Run a controller from an empty network to the horizon (Algorithm 4, all agents at once).
+    """Run a controller from an empty network to the horizon (Algorithm 3, all agents at once).
 
     The last interval has no next choice, so nothing is learned from it: the horizon cuts a task
     that goes on, it is no terminal state.

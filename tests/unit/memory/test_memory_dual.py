@@ -92,13 +92,14 @@ def test_the_worked_example():
     assert agent.recall((4, 0)) == ABSENT
     assert agent.value((4, 0), 0) == 0.0
 
-    # A new class (Algorithm 1, lines 9–10).
+    # A new class (Algorithm 1, "New State Discovered").
     agent.insert((4, 0), 0, 1.0)
     assert agent.short == [((4, 0), {0: 1.0})]
-    # (0, 5) swapped is (5, 0), within 1 of (4, 0): its row, and action 0 swapped is 1 (line 7).
+    # (0, 5) swapped is (5, 0), within 1 of (4, 0): its row, and action 0 swapped is 1
+    # (getEquivalentAction).
     agent.insert((0, 5), 0, 2.0)
     assert agent.short == [((4, 0), {0: 1.0, 1: 2.0})]
-    # The value is written, not added or compared (line 12).
+    # The value is written, not added or compared (Update Rule).
     agent.insert((4, 0), 0, -1.0)
     assert agent.short == [((4, 0), {0: -1.0, 1: 2.0})]
     # Read back: best tried action 1 for (4, 0), hence 0 for (0, 4); untried action 2 is worth 0.
@@ -117,7 +118,7 @@ def test_the_worked_example():
     assert agent.long == []
 
     # The fourth row fills it: ⌈½·4⌉ = 2 rows are staged, the best are 2.0, −3.0, 0.5 and 2.0; of
-    # equal ones the older goes first. Then it is empty (lines 13–16).
+    # equal ones the older goes first. Then it is empty (LTM Staging Rule).
     agent.insert((7, 0), 0, 2.0)
     assert agent.short == []
     assert agent.long == [((4, 0), 1, 2.0), ((7, 0), 0, 2.0)]
