@@ -14,7 +14,15 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from dmil.theory import StagingRule, enough_states, memory_sizes, size_bounds, worst_case
+from dmil.theory import (
+    StagingRule,
+    check_hyperparameters,
+    enough_states,
+    failing,
+    memory_sizes,
+    size_bounds,
+    worst_case,
+)
 
 LENGTH = 8
 ACTIONS = (1, 2, 3, 4, 5, 8, 20)
@@ -183,13 +191,17 @@ def test_lemma_3_fails_first_right_after_the_first_staging(reached: Reached) -> 
             assert min(larger) == (period, 1), (ratio, period, actions)
 
 
-def test_lemma_3_fails_on_trajectories_that_go_on_to_meet_enough_states() -> None:
-    # The number of states of the whole trajectory does not save it: those met by then count.
-    classes = [*range(17), *range(15), *range(17, 60)]
-    sizes = memory_sizes(classes, 8, 0.5, 16)
-    assert sizes.q_rows[-1] == 60 > enough_states(8, 16)
-    assert sizes.ratio[31] == 136 / 152
-    assert (sizes.ratio[sizes.q_rows >= enough_states(8, 16)] >= 1).all()
+def test_lemma_3_needs_the_remarks_condition_on_the_states_met_so_far() -> None:
+    # All states of the whole run, the M of the paper's Remark, do not do: those met by then count.
+    actions, ratio, period = 8, 0.5, 16
+    starts = {8 / 11: [0] * 17, 136 / 152: [*range(17), *range(15)]}
+    for zeta, start in starts.items():
+        classes = [*start, *range(max(start) + 1, 60)]
+        assert not failing(check_hyperparameters(actions, ratio, period, len(set(classes))))
+        sizes = memory_sizes(classes, actions, ratio, period)
+        assert sizes.q_rows[-1] == 60 > enough_states(actions, period)
+        assert sizes.ratio[len(start) - 1] == zeta
+        assert (sizes.ratio[sizes.q_rows >= enough_states(actions, period)] >= 1).all()
 
 
 def test_keys_with_a_tolerance_break_the_bound_on_long_term_memory() -> None:

@@ -31,7 +31,7 @@ class Condition:
 def check_hyperparameters(
     actions: int, staged_ratio: float, stage_period: int, distinct_states: int | None = None
 ) -> list[Condition]:
-    """Say which conditions for ζ ≥ 1 hyperparameters meet (paper, Remark 2, corrected).
+    """Say which conditions for ζ ≥ 1 hyperparameters meet (paper, Remark in §V, corrected).
 
     Parameters
     ----------
@@ -96,13 +96,13 @@ def _worst_case_conditions(actions: int, staged_ratio: float, stage_period: int)
             decisive=True,
         ),
         Condition(
-            name="staging ratio as printed",
+            name="staging ratio",
             statement="κ ≤ |A|/3",
             holds=staged_ratio <= actions / 3,
             found=staged_ratio,
             needed=actions / 3,
-            source="paper, Remark 2",
-            note="the worst-case condition again; says nothing for |A| ≥ 3, since κ ≤ 1",
+            source="paper, Remark in §V",
+            note="the worst-case condition again; it binds only for |A| ≤ 2, as κ ≤ 1",
             decisive=False,
         ),
     ]
@@ -130,7 +130,7 @@ def _order_conditions(actions: int, staged_ratio: float, stage_period: int) -> l
             found=actions,
             needed=printed,
             source="paper, proof of Lemma 1",
-            note="an algebra slip; nothing depends on it",
+            note="more than is needed; nothing depends on it",
             decisive=False,
         ),
         Condition(
@@ -139,8 +139,8 @@ def _order_conditions(actions: int, staged_ratio: float, stage_period: int) -> l
             holds=stage_period > 2,
             found=stage_period,
             needed=2,
-            source="paper, proof of Lemma 1 and Remark 2",
-            note="follows from the slip; T = 1 and T = 2 do as well",
+            source="paper, proof of Lemma 1 and Remark in §V",
+            note="follows from the line above; T = 1 and T = 2 do as well",
             decisive=False,
         ),
     ]
@@ -163,7 +163,7 @@ def _best_case_conditions(
             holds=actions > 3,
             found=actions,
             needed=3,
-            source="paper, Lemma 2 and Remark 2",
+            source="paper, proof of Lemma 2 and Remark in §V",
             note="a long-term row has 3 entries: with |A| ≤ 3 it saves nothing",
             decisive=True,
         ),
@@ -173,7 +173,7 @@ def _best_case_conditions(
             holds=enough(enough_states(actions, 1)),
             found=distinct_states,
             needed=enough_states(actions, 1),
-            source="paper, Lemma 2",
+            source="paper, proof of Lemma 2",
             note="ζ1 ≥ 1 once every state met is in long-term memory",
             decisive=True,
         ),
@@ -183,7 +183,7 @@ def _best_case_conditions(
             holds=enough(before),
             found=distinct_states,
             needed=before,
-            source="paper, Lemma 2",
+            source="paper, proof of Lemma 2",
             note="ζ2 ≥ 1 once every state met is in long-term memory",
             decisive=True,
         ),
@@ -193,8 +193,8 @@ def _best_case_conditions(
             holds=enough(before),
             found=distinct_states,
             needed=before,
-            source="ours, in place of the paper's Lemma 3",
-            note="enough for ζ ≥ 1 at decision t; it is the states met by then that count",
+            source="paper, Remark in §V, with m_Q[t] for M",
+            note="enough for ζ ≥ 1 at decision t (Lemma 3); the states met by then count",
             decisive=True,
         ),
     ]

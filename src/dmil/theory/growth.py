@@ -1,6 +1,6 @@
 """Closed forms of the comparison ratio ζ = msize of SARSA / msize of dual memory.
 
-Sizes are counted in entries, as in the paper's Definition 1: a row of the Q-table or of
+Sizes are counted in entries, as in the paper's definition in §V: a row of the Q-table or of
 short-term memory has |A| entries, a row of long-term memory three (state, action, value).
 """
 
@@ -92,8 +92,8 @@ def best_case(
 
     Notes
     -----
-    Differs from the paper: short-term memory holds distinct states, so never more than M. The
-    thresholds on M are the same either way.
+    Differs from the paper: short-term memory holds distinct states, so never more than M. For
+    M > T, which the proof of Lemma 2 asks, both are the same, and so are the thresholds on M.
     """
     actions = whole_number("actions", actions, at_least=1)
     stage_period = whole_number("stage_period", stage_period, at_least=1)
@@ -124,10 +124,10 @@ def worst_case_limit(actions: int, staged_ratio: float) -> float:
 
 
 def enough_states(actions: int, stage_period: int) -> float:
-    """T|A|/(|A|−3): from this many distinct states on, ζ ≥ 1 on any trajectory (ours).
+    """T|A|/(|A|−3): from this many distinct states on, ζ ≥ 1 on any trajectory.
 
-    Corrects the paper's Lemma 3, which asks nothing of the number of states. Infinite for
-    |A| ≤ 3.
+    The condition for Lemma 3 in the paper's Remark in §V, where it stands for M, all states of a
+    run; at a decision the states met so far count (proof ours). Infinite for |A| ≤ 3.
 
     Parameters
     ----------

@@ -17,12 +17,16 @@ class Statement:
 
     name: str
     source: str
+    """Where the paper has it. Lemmas 1, 2 and 3 are those of §V in their order: "Worst-Case
+    Trajectory", "Best-Case Trajectory", "Comparison Ratio of Dual-Memory and SARSA"; the remark
+    there is "Optimal Hyperparameter Design"."""
     printed: str
     """As the paper has it; a dash if it is ours."""
     corrected: str
     """As it should read; the same text where it is true."""
     verdict: Verdict
-    """true; corrected (a true statement is close); false (it has counterexamples); added (ours)."""
+    """true, under conditions that the paper itself states; corrected (true with the change shown);
+    false (it has counterexamples); added (ours)."""
     reason: str
     """The proof, or the counterexample."""
 
@@ -34,47 +38,48 @@ def _true(name: str, source: str, statement: str, reason: str) -> Statement:
 STATEMENTS: tuple[Statement, ...] = (
     Statement(
         "short-term recurrence",
-        "Definition 1",
+        "Definition in §V",
         "m_s[t] = (m_s[t−1] + 1)(1 − I[t]), m_s[0] = 1",
         "m_s[t] = 1 + m_s[t−1](1 − I[t]), m_s[0] = 1, while all states are new",
         "corrected",
         "As printed, m_s[nT] = 0 and m_s[2T−1] = T − 1, but the proof of Lemma 1 uses 1 and T. "
         "Corrected, m_s[t] = (t mod T) + 1. A state met again since the last staging adds no row.",
     ),
-    Statement(
+    _true(
         "ratio at the start",
-        "Definition 1",
+        "Definition in §V",
         "ζ = 1 at t = 0",
-        "ζ = 1 at t = 0 ⟺ long-term memory starts empty",
-        "corrected",
-        "ζ[0] = |A| / (|A| + 3·m_L[0]).",
+        "Both hold one state: the proof of Lemma 1 sets m_L[0] = 0. Agents that start from a "
+        "trained table, as in §VI-B, start with another ratio.",
     ),
     _true(
         "worst case after staging",
-        "Lemma 1",
+        "proof of Lemma 1",
         "ζ1 = (nT+1)|A| / (|A| + 3nκT) ≥ 1 ⟺ |A| ≥ 3κ",
         "Numerator − denominator = nT(|A| − 3κ).",
     ),
     _true(
         "worst case before staging",
-        "Lemma 1",
+        "proof of Lemma 1",
         "ζ2 = nT|A| / (T|A| + 3(n−1)κT) ≥ 1 for |A| ≥ 3κ",
         "Numerator − denominator = (n−1)T(|A| − 3κ), so ζ2 = 1 at n = 1 whatever κ is.",
     ),
     _true(
         "worst case at any decision",
         "Lemma 1",
-        "ζ ≥ 1 at every t while all states are new, if |A| ≥ 3κ",
-        "At t = nT + r, 0 ≤ r < T: |A|m_Q − msize of dual memory = nT(|A| − 3κ).",
+        "ζ ≥ 1 while all states are new, if |A| ≥ 3κ",
+        "At t = nT + r, 0 ≤ r < T: |A|m_Q − msize of dual memory = nT(|A| − 3κ). It is the same "
+        "for every r, so looking at the two ends of a period is enough, as the proof says.",
     ),
     Statement(
         "order of the worst-case ratios",
         "proof of Lemma 1",
-        "ζ1 ≥ ζ2 ⟹ |A| ≥ 3κ(T+2)/(T−2), so T > 2",
+        "ζ1 ≥ ζ2 gives |A| ≥ 3κ(T+2)/(T−2), so T > 2",
         "ζ1 ≥ ζ2 ⟺ |A| ≥ 3κ, for every T ≥ 1 and n ≥ 1",
-        "false",
-        "The cross product ζ1 − ζ2 has the sign of (|A| − 3κ)(n(T−1) + 1). "
-        "|A| = 4, κ = 1, T = 3, n = 1: ζ1 = 16/13 ≥ ζ2 = 1, yet 4 < 15.",
+        "corrected",
+        "ζ1 − ζ2 has the sign of (|A| − 3κ)(n(T−1) + 1). The printed condition is enough for "
+        "T > 2, but not necessary: |A| = 4, κ = ½, T = 4, n = 1 gives ζ1 = 2 ≥ ζ2 = 1, yet "
+        "4 < 4.5. Lemma 1 itself does not rest on it.",
     ),
     Statement(
         "limit of the worst case",
@@ -88,18 +93,19 @@ STATEMENTS: tuple[Statement, ...] = (
         "long-term memory in the best case",
         "Lemma 2",
         "m_L[τ + nT] = M for n > 0",
-        "m_L ≤ M; equality once every class has been staged, which may never happen",
-        "false",
-        "A staging adds at most ⌈κ·min(T, M)⌉ rows, and by value it may pick the same rows again. "
-        "One row of two staged, T = 2, M = 2: n = 1 gives m_L = 1.",
-    ),
-    Statement(
-        "short-term memory in the best case",
-        "proof of Lemma 2",
-        "ζ2 = M|A| / (T|A| + 3M)",
-        "ζ2 = M|A| / (min(T, M)|A| + 3M)",
+        "m_L ≤ M, with equality once every class has been staged, which may never happen",
         "corrected",
-        "Short-term memory holds distinct states, at most M. For M ≤ T, ζ2 = |A|/(|A|+3) < 1.",
+        "A staging adds at most ⌈κ·min(T, M)⌉ rows, and by value it may pick the same rows again: "
+        "κ = ½, T = 2, M = 2 gives m_L = 1 at n = 1. The proof needs no more than m_L ≤ M, "
+        "because a smaller m_L only raises ζ.",
+    ),
+    _true(
+        "ratios of the best case",
+        "proof of Lemma 2",
+        "ζ1 = M|A| / (|A| + 3M), ζ2 = M|A| / (T|A| + 3M)",
+        "With m_L = M, and T distinct states since the last staging: the least that ζ can be. It "
+        "takes M ≥ T, and the proof asks M > T. With fewer states short-term memory has at most M "
+        "rows; `best_case` therefore takes min(T, M) for T.",
     ),
     _true(
         "best-case thresholds",
@@ -108,52 +114,84 @@ STATEMENTS: tuple[Statement, ...] = (
         "M|A| ≥ k|A| + 3M ⟺ M(|A|−3) ≥ k|A|, k = 1 or T; the second threshold exceeds T, so "
         "min(T, M) changes nothing. For |A| ≤ 3 no M is enough.",
     ),
+    _true(
+        "order of the best-case ratios",
+        "proof of Lemma 2",
+        "ζ1 ≥ ζ2",
+        "T|A| + 3M ≥ |A| + 3M, for every T ≥ 1.",
+    ),
     Statement(
         "best case",
         "Lemma 2",
-        "ζ ≥ 1 in the best case if |A| ≥ 3κ",
+        "ζ ≥ 1 in the best case under the assumptions of Lemma 1, |A| ≥ 3κ",
         "ζ ≥ 1 in the best case if |A| > 3 and M ≥ T|A|/(|A|−3)",
         "corrected",
-        "|A| ≥ 3κ is not enough: |A| = 8, T = 16, M = 25 has ζ2 = 200/203.",
+        "The corrected conditions are the paper's: its proof derives both. |A| ≥ 3κ alone is not "
+        "enough: |A| = 8, T = 16, M = 25 gives ζ2 = 200/203.",
+    ),
+    _true(
+        "growth at a staging",
+        "proof of Lemma 3",
+        "a staging adds at most κ·m_s states to long-term memory",
+        "It takes that many rows (whole rows: ⌈κ·m_s⌉), some of which may be there already.",
+    ),
+    _true(
+        "long-term memory against the Q-table",
+        "§IV-B",
+        "the overall size of long-term memory never exceeds that of a typical Q-table",
+        "m_L ≤ m_Q, so 3·m_L ≤ |A|·m_Q for |A| ≥ 3; the Remark in §V asks |A| > 3.",
     ),
     Statement(
-        "any time, any trajectory",
+        "any time",
         "Lemma 3",
-        "msize of dual memory ≤ msize of SARSA at any time t, for any trajectory",
-        "ζ[t] ≥ 1 whenever |A| > 3 and m_Q[t] ≥ T|A|/(|A|−3)",
+        "msize of dual memory ≤ msize of SARSA at any time t; by its proof, for any trajectory",
+        "ζ[t] ≥ 1 if |A| > 3 and m_Q[t] ≥ T|A|/(|A|−3)",
         "false",
-        "The extremes bound each size, not the ratio. |A| = 8, κ = ½, T = 16: 17 distinct states, "
-        "then revisits of 15 of the first 16 give ζ = 136/152 = .895; one state met T + 1 times "
-        "gives |A|/(|A|+3). Corrected: m_s ≤ T, m_L ≤ m_Q, so "
-        "|A|m_Q − |A|m_s − 3m_L ≥ (|A|−3)m_Q − T|A| ≥ 0.",
+        "Without a condition on the states met it fails: one state met T + 1 times gives "
+        "ζ = |A|/(|A|+3); with |A| = 8, κ = ½, T = 16, meeting 17 distinct states and then 15 of "
+        "the first 16 again gives ζ = 136/152 = .895. The worst and the best case bound each "
+        "size, not the ratio. The paper's Remark in §V supplies the condition (next statement).",
     ),
     Statement(
-        "bound on κ",
-        "Remark 2",
-        "κ ≤ |A|/3 is required",
-        "κ ≤ |A|/3 says nothing for |A| ≥ 3",
+        "condition of Lemma 3",
+        "Remark in §V",
+        "for Lemma 3 to hold: |A| > 3 and M ≥ T|A|/(|A|−3)",
+        "for Lemma 3 to hold at t: |A| > 3 and m_Q[t] ≥ T|A|/(|A|−3)",
         "corrected",
-        "κ ≤ 1 ≤ |A|/3.",
+        "The condition is the paper's. Lemma 2 introduces M as \"the number of all unique "
+        'encountered states" of a run that meets no new ones any more; at any earlier time the '
+        "states that count are those met so far, m_Q[t]. With M alone: the run of 136/152 above "
+        "that goes on to meet 43 new states has M = 60 ≥ 25.6 and meets all that the Remark asks, "
+        "but at t = 31 it has met 17 states, and ζ = 136/152. The proof is ours: m_s ≤ T and "
+        "m_L ≤ m_Q, so |A|m_Q − |A|m_s − 3m_L ≥ (|A|−3)m_Q − T|A| ≥ 0.",
+    ),
+    _true(
+        "bound on κ",
+        "Remark in §V",
+        "κ ≤ |A|/3",
+        'It is the condition of Lemma 1, and the proof there says itself that it "is relevant for '
+        'small action space as 0 < κ < 1": it binds only for |A| ≤ 2.',
     ),
     Statement(
         "bound on T",
-        "Remark 2",
+        "Remark in §V",
         "T > 2 is required",
-        "T ≥ 1",
-        "false",
-        "It rests on the printed (T+2)/(T−2) alone.",
+        "T ≥ 1 is enough",
+        "corrected",
+        "T > 2 comes from the printed (T+2)/(T−2) alone. It does no harm, but no other statement "
+        "needs it.",
     ),
     _true(
         "effect of κ",
-        "Remark 2",
+        "Remark in §V",
         "decreasing κ increases ζ",
         "In the worst case both denominators grow with κ (ζ2 from n = 2 on); "
         "the best-case ratios do not depend on κ.",
     ),
     _true(
         "effect of T",
-        "Remark 2",
-        "a larger T slows the convergence of ζ2 to ζ1, and needs a larger M",
+        "Remark in §V",
+        "increasing T slows the convergence of ζ2 to ζ1, and raises the M that is needed",
         "At each n the gap ζ1 − ζ2 grows with T for |A| > 3κ; T|A|/(|A|−3) grows with T.",
     ),
     Statement(
@@ -173,7 +211,7 @@ STATEMENTS: tuple[Statement, ...] = (
         "added",
         "True of exact states and cells. With first-key-wins keys within a tolerance, short-term "
         "memory chooses its keys anew after each staging: long-term memory may hold 0 and 2 where "
-        "the Q-table holds 1. Then m_L > m_Q, and even the corrected Lemma 3 can fail. "
+        "the Q-table holds 1. Then m_L > m_Q is possible, and ζ < 1 under the condition above. "
         "An agent that receives others' rows needs them counted in m_Q.",
     ),
 )

@@ -79,7 +79,7 @@ def memory_sizes(
     rule: StagingRule = "period",
     prefer: Literal["new", "known"] = "new",
 ) -> MemorySizes:
-    """Follow one trajectory and count the rows of both memories (paper, Definition 1, corrected).
+    """Follow one trajectory and count the rows of both memories (paper, §V, corrected).
 
     Parameters
     ----------
@@ -190,8 +190,8 @@ def size_bounds(
     -----
     The unique trajectory attains the worst case of rule "period". The tests find every point of
     every short curve attained, by different trajectories. Bounds on the sizes do not bound their
-    ratio: a trajectory between these curves may have ζ < 1, which is where the
-    paper's Lemma 3 goes wrong.
+    ratio: a trajectory between these curves may have ζ < 1, so the paper's
+    Lemma 3 needs a condition on the states met, which its Remark in §V gives (docs/theory.md).
     """
     actions, staged_ratio, stage_period = hyperparameters(actions, staged_ratio, stage_period)
     rule = staging_rule(rule)
@@ -245,7 +245,8 @@ def counterexample(stage_period: int) -> Counts:
 
     T + 1 distinct classes, then T − 1 revisits of the first ones. At its last decision
     ζ = |A|(T+1) / (|A|T + 3⌈κT⌉), below 1 if |A| < 3⌈κT⌉; for |A| = 8, κ = ½, T = 16 it is
-    136/152. It refutes the paper's Lemma 3.
+    136/152. The paper's Lemma 3 does not hold at that decision, however many states the trajectory
+    goes on to meet: those met by then count (docs/theory.md).
 
     Parameters
     ----------
