@@ -23,24 +23,33 @@ class PlainClasses:
     def key(self, state):
         state = [int(x) for x in state[: len(self.places[0])]]
         levels, largest = self.embedding.scale_levels, max(state)
+        scaled = state
         if levels and largest:
-            state = [math.floor(Fraction(levels * x, largest) + Fraction(1, 2)) for x in state]
-        return tuple((x + self.embedding.cell_offset) // self.embedding.cell_width for x in state)
+            scaled = [math.floor(Fraction(levels * x, largest) + Fraction(1, 2)) for x in state]
+        both = state + scaled if self.embedding.also_unscaled else scaled
+        return tuple((x + self.embedding.cell_offset) // self.embedding.cell_width for x in both)
+
+    def parts(self, key):
+        """Return the parts of a key, each as long as the state."""
+        places = len(self.places[0])
+        return [key[start : start + places] for start in range(0, len(key), places)]
 
     def find(self, keys, key):
         """Return index and image of the actions of the nearest key, the oldest, the first."""
         candidates = []
-        for variant, image in enumerate(self.places):
-            moved = [0] * len(key)
-            for j, value in enumerate(key):
-                moved[image[j]] = value
-            for row, known in enumerate(keys):
-                off = [abs(a - b) for a, b in zip(known, moved, strict=True)]
-                if max(off) <= self.embedding.tolerance:
-                    candidates.append((sum(off), row, variant))
+        for number, part in enumerate(self.parts(key)):
+            for variant, image in enumerate(self.places):
+                moved = [0] * len(part)
+                for j, value in enumerate(part):
+                    moved[image[j]] = value
+                for row, known in enumerate(keys):
+                    own = self.parts(known)[number]
+                    off = [abs(a - b) for a, b in zip(own, moved, strict=True)]
+                    if max(off) <= self.embedding.tolerance:
+                        candidates.append((number, sum(off), row, variant))
         if not candidates:
             return None, self.actions[0]
-        _, row, variant = min(candidates)
+        *_, row, variant = min(candidates)
         return row, self.actions[variant]
 
     def find_or_append(self, rows, key, new_row):

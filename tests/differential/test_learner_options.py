@@ -55,9 +55,10 @@ class WithFallback:
         self.fell_back += 1
         far = []
         for variant, image in enumerate(classes.places):
-            moved = dict(zip(image, key, strict=True))
+            moved = dict(zip(image, classes.parts(key)[-1], strict=True))
             for place, row in enumerate(rows):
-                off = sum(abs(row["key"][j] - moved[j]) for j in moved)
+                known = classes.parts(row["key"])[-1]
+                off = sum(abs(known[j] - moved[j]) for j in moved)
                 far.append((off, place, variant))
         _, place, variant = min(far)
         image = classes.actions[variant]
@@ -97,7 +98,7 @@ class CappedTwin(WithFallback, DualTwin):
             rows = prior[s] if prior else []
             for state, _, visits in rows:
                 for _ in range(visits):
-                    admission.record(self.padded(classes.key(state)))
+                    admission.record(self.padded(classes, classes.key(state)))
             best = sorted(rows, key=lambda row: -max(row[1].values()))
             for state, values, _ in best[: self.part(len(rows))]:
                 action = best_of(values)
@@ -105,8 +106,9 @@ class CappedTwin(WithFallback, DualTwin):
         self.short = [[] for _ in self.shape]
         self.long = [copy.deepcopy(starts[s]) for s in self.shape]
 
-    def padded(self, key):
-        return [*key, *[0] * (self.wide - len(key))]
+    def padded(self, classes, key):
+        last = classes.parts(key)[-1]
+        return [*last, *[0] * (self.wide - len(last))]
 
     def told(self, i, classes, key):
         """Return best action and Q of the short-term row of a key, None if it has none to tell."""
@@ -134,7 +136,7 @@ class CappedTwin(WithFallback, DualTwin):
 
     def learn(self, i, classes, key, action, value):
         short, settings = self.short[i], self.settings
-        self.long[i].admission.record(self.padded(key))
+        self.long[i].admission.record(self.padded(classes, key))
         row, image = classes.find_or_append(short, key, {"q": {}, "n": 0})
         row["q"] = {**row["q"], image[action]: value}
         row["n"] += 1
@@ -164,7 +166,7 @@ class CappedTwin(WithFallback, DualTwin):
             if self.is_better(q, long[row]["q"]):
                 long[row].update(a=image[action], q=q)
             return
-        place = long.admission.admit(self.padded(key))
+        place = long.admission.admit(self.padded(classes, key))
         if place == len(long):
             long.append({"key": key, "a": action, "q": q})
         elif place != ABSENT:
@@ -186,15 +188,19 @@ class CappedTwin(WithFallback, DualTwin):
             row["q"] = means[row["a"]]
 
         def met(row):
-            key = self.padded(union[row]["key"])
+            key = self.padded(classes, union[row]["key"])
             return sum(self.long[member].admission.frequency(key) for member in members)
 
         kept = sorted(range(len(union)), key=lambda row: -met(row))[: self.settings.long_capacity]
         union = [union[row] for row in sorted(kept)]
         for member in members:
             admission = self.long[member].admission
-            admission.keys = [self.padded(row["key"]) for row in union]
+            admission.keys = [self.padded(classes, row["key"]) for row in union]
             self.long[member] = Capped(copied(union), admission)
+
+
+FEW = {"complex": 2}
+"""A cap that is reached by classes so wide that few of them are met."""
 
 
 def drive(controller, twin, network, walk, decisions):
@@ -252,7 +258,8 @@ def test_an_unseen_state_acts_as_it_is_told(networks, walk, plain_classes, embed
 )
 def test_a_capped_dual_memory_is_its_twin(networks, walk, plain_classes, embedding, options):
     network = networks["mixed"]
-    options = {"epsilon": 0.3, "short_capacity": 4, "long_capacity": 6, **options}
+    cap = FEW.get(embedding, 6)
+    options = {"epsilon": 0.3, "short_capacity": 4, "long_capacity": cap, **options}
     settings = DualMemorySettings(embedding=embedding, **options)
     twin = CappedTwin(settings, network, None, plain_classes)
     drive(DualMemoryController(settings), twin, network, walk, 120)
@@ -298,10 +305,11 @@ def test_a_start_table_is_cut_to_the_cap(networks, walk, plain_classes, embeddin
         [(*row, int(dummy.table.visits[s, r])) for r, row in enumerate(table)]
         for s, table in enumerate(table_of(dummy.table, sizes_of(shown)))
     ]
+    cap = FEW.get(embedding, 5)
     settings = DualMemorySettings(
-        embedding=embedding, long_capacity=5, short_capacity=4, epsilon=0.2, staged_ratio=0.9
+        embedding=embedding, long_capacity=cap, short_capacity=4, epsilon=0.2, staged_ratio=0.9
     )
     twin = CappedTwin(settings, network, rows, plain_classes)
-    assert all(len(long) == 5 for long in twin.long)
+    assert all(len(long) == cap for long in twin.long)
     controller = DualMemoryController(settings, prior=Prior(dummy.table))
     drive(controller, twin, network, walk, 60)

@@ -229,15 +229,16 @@ def table_of(table, sizes):
         rows = []
         for row in range(size):
             places, actions = sizes[owner]
-            key = table.rows.keys[owner, row].tolist()
-            assert not any(table.rows.keys[owner, row, places:])
+            parts = np.split(table.rows.keys[owner, row], table.rows.parts)
+            assert not any(part[places:].any() for part in parts)
+            key = tuple(value for part in parts for value in part[:places].tolist())
             if hasattr(table, "tried"):
                 assert not table.tried[owner, row, actions:].any()
                 tried = np.flatnonzero(table.tried[owner, row]).tolist()
                 values = {a: float(table.value[owner, row, a]) for a in tried}
             else:
                 values = {int(table.action[owner, row]): float(table.value[owner, row])}
-            rows.append((tuple(key[:places]), values))
+            rows.append((key, values))
         owners.append(rows)
     return owners
 

@@ -14,9 +14,9 @@ IDENTITY = [list(range(12))]
 class Table:
     """Compiled rows beside lists of keys, with one set of variants."""
 
-    def __init__(self, tolerance, images, *, owners=2, capacity=4):
-        self.tolerance, self.images = tolerance, np.array(images)
-        self.rows = make_rows(owners, capacity, self.images.shape[1], tolerance)
+    def __init__(self, tolerance, images, *, owners=2, capacity=4, parts=1):
+        self.tolerance, self.images, self.parts = tolerance, np.array(images), parts
+        self.rows = make_rows(owners, capacity, self.images.shape[1], tolerance, parts)
         self.plain = [[] for _ in range(owners)]
 
     def variants(self, key):
@@ -33,10 +33,11 @@ class Table:
             return ABSENT, 0
         off = np.abs(np.array(self.plain[owner])[:, None] - self.variants(key)[None])
         candidates = [
-            (int(off[row, variant].sum()), row, variant)
-            for row, variant in np.argwhere(off.max(axis=2) <= self.tolerance).tolist()
+            (number, int(part[row, variant].sum()), row, variant)
+            for number, part in enumerate(np.split(off, self.parts, axis=2))
+            for row, variant in np.argwhere(part.max(axis=2) <= self.tolerance).tolist()
         ]
-        return min(candidates)[1:] if candidates else (ABSENT, 0)
+        return min(candidates)[2:] if candidates else (ABSENT, 0)
 
     def append(self, owner, key):
         if is_short_of_room(self.rows, 1):
@@ -83,6 +84,31 @@ def test_a_look_up_is_a_scan_of_rows_near_each_other(tolerance):
         table.append(0, key)
     for key in keys_of(rng, 400, 3):
         assert table.find(0, key) == table.scan(0, key)
+
+
+@pytest.mark.parametrize("most", [3, 40])
+@pytest.mark.parametrize("images", [IDENTITY, ROTATIONS], ids=["alone", "rotations"])
+def test_a_key_of_two_parts_is_looked_up_by_the_first_then_by_the_second(images, most):
+    rng = stream(most, "parts", len(images))
+    both = [[*image, *(12 + place for place in image)] for image in images]
+    table = Table(1, both, owners=1, parts=2)
+    found = {ABSENT: 0, 0: 0, 1: 0}
+    for key in keys_of(rng, 500, most, 24):
+        if table.plain[0] and rng.random() < 0.6:
+            known = np.array(table.plain[0][int(rng.integers(len(table.plain[0])))])
+            part = int(rng.integers(2))
+            near = known[12 * part : 12 * part + 12] + rng.integers(-1, 2, 12)
+            key[12 * part : 12 * part + 12] = np.maximum(near, 0)
+            key = table.variants(key)[rng.integers(len(images))]
+        answer = table.find(0, key)
+        assert answer == table.scan(0, key)
+        if answer[0] == ABSENT:
+            table.append(0, key)
+            found[ABSENT] += 1
+        else:
+            off = np.abs(np.array(table.plain[0][answer[0]]) - table.variants(key)[answer[1]])
+            found[int(off[:12].max() > 1)] += 1
+    assert min(found.values()) > 20
 
 
 def test_of_two_variants_of_one_row_the_nearer_wins():

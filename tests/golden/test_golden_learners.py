@@ -20,9 +20,9 @@ FILE = Path(__file__).with_name("learners.json")
 RUNS = {
     f"{name}, {embedding}{', communicating' * communication}": (name, embedding, communication)
     for name in ("sarsa", "dual-memory")
-    for embedding in ("exact", "simple", "complex", "cells")
+    for embedding in ("exact", "simple", "complex", "complex-scaled", "cells")
     for communication in (False, True)
-    if not communication or embedding in ("simple", "complex")
+    if not communication or embedding in ("simple", "complex", "complex-scaled")
 }
 SEED = 1
 

@@ -11,7 +11,7 @@ from dmil.symmetry import EMBEDDINGS, Embedding, embed, find_group, vary
 
 NETWORK = grid(1, 1)
 GROUP = agents_of(NETWORK).groups[0]
-CLASSES = classes_of(NETWORK, EMBEDDINGS["complex"])
+CLASSES = classes_of(NETWORK, EMBEDDINGS["complex-scaled"])
 STATE = st.lists(st.integers(0, 60), min_size=12, max_size=12).map(
     lambda state: np.array(state, np.int32)
 )
@@ -19,7 +19,7 @@ TURN = st.integers(0, 3)
 
 
 def key_of(classes, state):
-    key = np.zeros(12, np.int32)
+    key = np.zeros(classes.parts * 12, np.int32)
     embed(classes, state, key)
     return key
 
@@ -65,6 +65,39 @@ def test_what_is_written_for_a_state_is_read_for_its_rotations(state, turn, acti
     if len(fitting) == 1:
         assert stored == GROUP.phase_image[turn, action]
     assert table.value[0, 0].sum() == value
+
+
+def are_one_class(name, first, second):
+    """Whether the second of two states is found under the first."""
+    classes = classes_of(NETWORK, EMBEDDINGS[name])
+    scratch = make_scratch(classes)
+    table = make_value_table(1, 4, classes.parts * 12, 8, classes.tolerance, classes.parts)
+    write(table, classes, 0, 0, key_of(classes, first), 0, 1.0, scratch)
+    return look_up(table.rows, classes, 0, 0, key_of(classes, second), scratch)[0] == 0
+
+
+@given(state=STATE, turn=TURN, factor=st.integers(1, 4), off=st.lists(st.integers(-1, 1)))
+def test_complex_classes_contain_simple_ones_and_add_rotation_and_scale(state, turn, factor, off):
+    near = state.copy()
+    near[: len(off)] = np.maximum(near[: len(off)] + off[:12], 0)
+    assert are_one_class("simple", state, near)
+    assert are_one_class("complex", state, near)
+    assert are_one_class("complex", state, rotated(near, turn))
+    assert are_one_class("complex", state, rotated((factor * state).astype(np.int32), turn))
+    assert are_one_class("complex-scaled", state, factor * state)
+
+
+def test_the_narrower_reading_tells_an_empty_road_from_one_vehicle():
+    empty, one = np.zeros((2, 12), np.int32)
+    one[4] = 1
+    answers = {name: are_one_class(name, empty, one) for name in EMBEDDINGS}
+    assert answers == {
+        "exact": False,
+        "simple": True,
+        "complex": True,
+        "complex-scaled": False,
+        "cells": True,
+    }
 
 
 @st.composite

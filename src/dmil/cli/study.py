@@ -96,6 +96,7 @@ OPTIONS = (
     Option("load", "--load", "Study"),
     Option("rewards", "--rewards", "Study", "NAMES"),
     Option("equal_epsilon", "--equal-epsilon", "Study"),
+    Option("complex_readings", "--complex-readings", "Study", "NAMES"),
     *DEMAND_OPTIONS,
     set_option(
         "Study",

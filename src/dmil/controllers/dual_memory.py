@@ -147,6 +147,7 @@ class DualMemoryController(TabularLearner):
             self._classes.orientation_image.shape[2],
             self._classes.phase_image.shape[2],
             self._classes.tolerance,
+            self._classes.parts,
         )
         long = bests_of(start, agents.shape, start.rows.keys.shape[1])
         self._memory = self._with_rules(short, long, admission_of(admission, agents.shape))
@@ -225,7 +226,7 @@ def starting_bests(
     shapes, _, places = classes.orientation_image.shape
     rows = 0 if prior is None else int(prior.table.rows.size.max())
     room = min(rows, capacity) if capacity else rows
-    table = make_best_table(shapes, FIRST_CAPACITY + room, places, classes.tolerance)
+    table = make_best_table(shapes, FIRST_CAPACITY + room, places, classes.tolerance, classes.parts)
     admission = make_admission(shapes, capacity)
     if prior is None:
         return table, admission

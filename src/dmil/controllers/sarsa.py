@@ -145,7 +145,9 @@ def starting_values(network: RoadNetwork, embedding: Embedding, prior: Prior | N
     shapes, _, places = classes.orientation_image.shape
     actions = classes.phase_image.shape[2]
     rows = 0 if prior is None else int(prior.table.rows.size.max())
-    table = make_value_table(shapes, FIRST_CAPACITY + rows, places, actions, classes.tolerance)
+    table = make_value_table(
+        shapes, FIRST_CAPACITY + rows, places, actions, classes.tolerance, classes.parts
+    )
     if prior is None:
         return table
     scratch = make_scratch(classes)

@@ -58,6 +58,18 @@ class LearnerSettings(BaseModel):
     embedding: str = Field(
         default="exact", description="How states share entries: a named embedding."
     )
+    scale_levels: int | None = Field(
+        default=None,
+        ge=1,
+        description="B, levels that an embedding scales counts to, for embeddings that scale; by "
+        "default their own, 5 [F].",
+    )
+    tolerance: int | None = Field(
+        default=None,
+        ge=1,
+        description="Largest difference of two queues in one class, for embeddings with a "
+        "tolerance; by default their own, 1 vehicle [A].",
+    )
     epsilon: float = Field(default=0.6, ge=0, le=1, description="Chance of a random action, ε [P].")
     epsilon_decay: float = Field(
         default=1.0, gt=0, le=1, description="Factor on ε after every decision [F in two presets]."

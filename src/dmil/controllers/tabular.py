@@ -84,7 +84,9 @@ class TabularLearner(ABC):
 
     def __init__(self, settings: LearnerSettings, prior: Prior | None) -> None:
         self.settings = settings
-        self._embedding = embedding(settings.embedding)
+        self._embedding = embedding(settings.embedding).changed(
+            settings.scale_levels, settings.tolerance
+        )
         self._prior = prior
         self._agents: Agents | None = None
         self._found_in = np.zeros(4, np.int64)
@@ -254,7 +256,7 @@ def check_prior(prior: Prior | None, classes: Classes, network: RoadNetwork) -> 
     if prior is None:
         return
     shapes, _, places = classes.orientation_image.shape
-    fitting = (shapes, places, classes.phase_image.shape[2])
+    fitting = (shapes, places // classes.parts, classes.phase_image.shape[2])
     found = (*prior.table.rows.keys.shape[::2], prior.table.value.shape[2])
     if found != fitting:
         raise PolicyError(

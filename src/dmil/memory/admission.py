@@ -107,14 +107,16 @@ def admission_of(admission: Admission, owners: npt.NDArray[np.integer]) -> Admis
 def mark_of(classes: Classes, shape: int, key: IntArray, tolerance: int, scratch: Scratch) -> int:
     """Return a number for the cell of a key, the same for its symmetric images.
 
-    Cells are as wide as the tolerance reaches, 2·tolerance + 1.
+    Cells are as wide as the tolerance reaches, 2·tolerance + 1. Of keys with several parts the last
+    counts, in which most states match.
     """
+    first = key.shape[0] - key.shape[0] // classes.parts
     count = vary(classes, shape, key, scratch.variants)
     width = 2 * tolerance + 1
     lowest = np.uint64(0xFFFFFFFFFFFFFFFF)
     for variant in range(count):
         mixed = np.uint64(0x9E3779B97F4A7C15)
-        for place in range(key.shape[0]):
+        for place in range(first, key.shape[0]):
             cell = (scratch.variants[variant, place] + tolerance) // width
             mixed = (mixed ^ np.uint64(cell)) * np.uint64(0xFF51AFD7ED558CCD)
             mixed ^= mixed >> np.uint64(32)

@@ -87,7 +87,9 @@ def unpack_values(arrays: Arrays, like: ValueTable) -> ValueTable:
     """
     most = _most_rows(arrays, like)
     owners, _, places = like.rows.keys.shape
-    table = make_value_table(owners, most, places, like.value.shape[2], like.rows.tolerance)
+    table = make_value_table(
+        owners, most, places, like.value.shape[2], like.rows.tolerance, like.rows.parts
+    )
     _refill(table, arrays)
     return table
 
@@ -96,7 +98,7 @@ def unpack_bests(arrays: Arrays, like: BestTable) -> BestTable:
     """Rebuild a table of best actions from its packed form; see `unpack_values` (ours)."""
     most = _most_rows(arrays, like)
     owners, _, places = like.rows.keys.shape
-    table = make_best_table(owners, most, places, like.rows.tolerance)
+    table = make_best_table(owners, most, places, like.rows.tolerance, like.rows.parts)
     _refill(table, arrays)
     return table
 

@@ -3,8 +3,9 @@
 A table holds, for each owner, rows that are found by a key (a vector of whole numbers). Without a
 tolerance a row is found by hashing. With one, every place and value of a key has a set of the rows
 that are within the tolerance there, one bit a row: the rows near a key are the intersection of one
-set per place, 64 rows at a time. Rows are appended, given another key in their place, or emptied as
-a whole: the number of a row never changes.
+set per place, 64 rows at a time. A key may consist of parts that are looked up one after the other:
+a row is found if it is near in one of them. Rows are appended, given another key in their place, or
+emptied as a whole: the number of a row never changes.
 """
 
 from __future__ import annotations
@@ -45,6 +46,8 @@ class Rows(NamedTuple):
     matches: (words,) uint64
         Working space of look-ups.
     tolerance: int
+    parts: int
+        Parts of a key, of equal length; more than one only with a tolerance.
     """
 
     size: IntArray
@@ -53,9 +56,10 @@ class Rows(NamedTuple):
     near: BitArray
     matches: BitArray
     tolerance: int
+    parts: int
 
 
-def make_rows(owners: int, capacity: int, places: int, tolerance: int) -> Rows:
+def make_rows(owners: int, capacity: int, places: int, tolerance: int, parts: int = 1) -> Rows:
     """Return empty rows with room for ``capacity`` of them per owner (ours)."""
     slots = 1 if tolerance else 1 << max(1, (2 * capacity - 1).bit_length())
     words = _words(capacity) if tolerance else 0
@@ -66,6 +70,7 @@ def make_rows(owners: int, capacity: int, places: int, tolerance: int) -> Rows:
         near=np.zeros((owners, places, LEVELS, words), np.uint64),
         matches=np.zeros(words, np.uint64),
         tolerance=tolerance,
+        parts=parts,
     )
 
 
@@ -87,7 +92,7 @@ def larger_capacity(rows: Rows, more: int) -> int:
 def rows_of(rows: Rows, owners: npt.NDArray[np.integer], capacity: int) -> Rows:
     """Give each new owner a copy of the rows of the old owner that is named for it (ours)."""
     used = int(rows.size.max())
-    copies = make_rows(owners.size, capacity, rows.keys.shape[2], rows.tolerance)
+    copies = make_rows(owners.size, capacity, rows.keys.shape[2], rows.tolerance, rows.parts)
     copies.size[:] = rows.size[owners]
     copies.keys[:, :used] = rows.keys[owners, :used]
     if rows.tolerance:
@@ -102,6 +107,7 @@ def find(rows: Rows, owner: int, variants: IntArray, count: int) -> tuple[int, i
     """Find the row of a class: the nearest key by L1, of equally near ones the oldest (§5).
 
     The oldest is the one with the lowest number; `replace` gives a row another key in its place.
+    Of keys with several parts the first part decides, the next only if no row is near in it.
 
     Parameters
     ----------
@@ -121,15 +127,19 @@ def find(rows: Rows, owner: int, variants: IntArray, count: int) -> tuple[int, i
     """
     best_row, best_variant = ABSENT, 0
     best_distance = rows.tolerance * rows.keys.shape[2] + 1
-    for variant in range(count):
-        if rows.tolerance == 0:
-            row, distance = _find_exact(rows, owner, variants[variant]), 0
-        else:
-            row, distance = _find_near(rows, owner, variants[variant])
-        if row != ABSENT and (
-            distance < best_distance or (distance == best_distance and row < best_row)
-        ):
-            best_row, best_variant, best_distance = row, variant, distance
+    length = rows.keys.shape[2] // rows.parts
+    for part in range(rows.parts):
+        for variant in range(count):
+            if rows.tolerance == 0:
+                row, distance = _find_exact(rows, owner, variants[variant]), 0
+            else:
+                row, distance = _find_near(rows, owner, variants[variant], part * length, length)
+            if row != ABSENT and (
+                distance < best_distance or (distance == best_distance and row < best_row)
+            ):
+                best_row, best_variant, best_distance = row, variant, distance
+        if best_row != ABSENT:
+            break
     return best_row, best_variant
 
 
@@ -137,12 +147,14 @@ def find(rows: Rows, owner: int, variants: IntArray, count: int) -> tuple[int, i
 def find_nearest(rows: Rows, owner: int, variants: IntArray, count: int) -> tuple[int, int]:
     """Find the nearest key by L1 however far it is, as `find` does within the tolerance.
 
-    It compares every key: this is for the few keys that have no class, among few rows.
+    It compares every key: this is for the few keys that have no class, among few rows. Of keys with
+    several parts the last is compared, in which most states match.
     """
+    first = rows.keys.shape[2] - rows.keys.shape[2] // rows.parts
     best_row, best_variant, best_distance = ABSENT, 0, np.iinfo(np.int64).max
     for row in range(rows.size[owner]):
         for variant in range(count):
-            distance, place = 0, 0
+            distance, place = 0, first
             while place < variants.shape[1] and distance < best_distance:
                 distance += abs(rows.keys[owner, row, place] - variants[variant, place])
                 place += 1
@@ -281,15 +293,18 @@ def _rehash(rows: Rows) -> None:
 
 
 @kernel
-def _find_near(rows: Rows, owner: int, key: IntArray) -> tuple[int, int]:
-    """Return the row nearest to a key within the tolerance, the oldest of equals; its distance."""
+def _find_near(rows: Rows, owner: int, key: IntArray, first: int, length: int) -> tuple[int, int]:
+    """Return the row nearest to one part of a key within the tolerance, and its distance.
+
+    Of equally near rows the oldest.
+    """
     near, matches = rows.near[owner], rows.matches
     words = (rows.size[owner] + WORD_BITS - 1) // WORD_BITS
     best_row, best_distance = ABSENT, 0
-    for place in range(key.shape[0]):
+    for place in range(first, first + length):
         rows_near = near[place, key[place] & (LEVELS - 1)]
         # One plain loop over the words per place, so that the compiler does several at once.
-        if place == 0:
+        if place == first:
             for word in range(words):
                 matches[word] = rows_near[word]
         else:
@@ -301,7 +316,7 @@ def _find_near(rows: Rows, owner: int, key: IntArray) -> tuple[int, int]:
             while left & np.uint64(0xFF) == 0:
                 left, row = left >> np.uint64(8), row + 8
             if left & np.uint64(1):
-                distance = _distance(rows, owner, row, key)
+                distance = _distance(rows, owner, row, key, first, length)
                 if distance != ABSENT and (best_row == ABSENT or distance < best_distance):
                     best_row, best_distance = row, distance
             left, row = left >> np.uint64(1), row + 1
@@ -309,10 +324,10 @@ def _find_near(rows: Rows, owner: int, key: IntArray) -> tuple[int, int]:
 
 
 @kernel
-def _distance(rows: Rows, owner: int, row: int, key: IntArray) -> int:
+def _distance(rows: Rows, owner: int, row: int, key: IntArray, first: int, length: int) -> int:
     """Return how far a row's key is away by L1, `ABSENT` if beyond the tolerance somewhere."""
     distance = 0
-    for place in range(key.shape[0]):
+    for place in range(first, first + length):
         off = abs(rows.keys[owner, row, place] - key[place])
         if off > rows.tolerance:
             return ABSENT

@@ -64,21 +64,23 @@ class BestTable(NamedTuple):
 
 
 def make_value_table(
-    owners: int, capacity: int, places: int, actions: int, tolerance: int
+    owners: int, capacity: int, places: int, actions: int, tolerance: int, parts: int = 1
 ) -> ValueTable:
     """Return an empty table of values (ours)."""
     return ValueTable(
-        rows=make_rows(owners, capacity, places, tolerance),
+        rows=make_rows(owners, capacity, places, tolerance, parts),
         value=np.zeros((owners, capacity, actions)),
         tried=np.zeros((owners, capacity, actions), np.bool_),
         visits=np.zeros((owners, capacity), np.int32),
     )
 
 
-def make_best_table(owners: int, capacity: int, places: int, tolerance: int) -> BestTable:
+def make_best_table(
+    owners: int, capacity: int, places: int, tolerance: int, parts: int = 1
+) -> BestTable:
     """Return an empty table of best actions (ours)."""
     return BestTable(
-        rows=make_rows(owners, capacity, places, tolerance),
+        rows=make_rows(owners, capacity, places, tolerance, parts),
         action=np.zeros((owners, capacity), np.int32),
         value=np.zeros((owners, capacity)),
     )

@@ -65,7 +65,9 @@ _CONTROLLER = Column(
 )
 _SIMULATOR = Column("simulator", _TEXT, "", "queue, queue-calibrated, sumo or sumo-meso.", False)
 _TRAINED_IN = Column("trained_in", _TEXT, "", "Simulator of the training; null for baselines.")
-_EMBEDDING = Column("embedding", _TEXT, "", "exact, simple, complex, cells; null for baselines.")
+_EMBEDDING = Column(
+    "embedding", _TEXT, "", "exact, simple, complex, complex-scaled, cells; null for baselines."
+)
 _COMMUNICATION = Column(
     "communication", _FLAG, "", "Whether a central unit synchronises the memories.", False
 )

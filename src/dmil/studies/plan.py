@@ -8,7 +8,6 @@ from itertools import product
 from dmil.studies.settings import PRESETS, PaperStudySettings
 
 BASELINES = ("random", "fixed-cycle", "longest-queue-first", "max-pressure")
-PAPER_EMBEDDINGS = ("simple", "complex")
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,22 +57,26 @@ def architectures(settings: PaperStudySettings) -> list[Architecture]:
     """Return the architectures that every block runs (paper, Table I; specification, §7).
 
     The 24 of the paper, exact SARSA as its "No Memory", SARSA once more with the ε of the
-    memory-based agents, and the four baselines. Exact SARSA does not communicate: states that
-    hardly ever recur leave nothing to average.
+    memory-based agents, the 24 with other readings of the complex classes, and the four baselines.
+    Exact SARSA does not communicate: states that hardly ever recur leave nothing to average.
     """
     own, memory = settings.sarsa.epsilon, settings.dual_memory.epsilon
     epsilons = dict.fromkeys((own, memory) if settings.equal_epsilon else (own,))
+    complex_classes, *others = settings.complex_readings
     found = []
     for reward in settings.rewards:
         for epsilon in epsilons:
             found.append(Architecture("sarsa", "exact", False, reward, epsilon))
+            embeddings = ("simple", complex_classes, *(others if epsilon == own else ()))
             found += [
                 Architecture("sarsa", embedding, communication, reward, epsilon)
-                for embedding, communication in product(PAPER_EMBEDDINGS, (False, True))
+                for embedding, communication in product(embeddings, (False, True))
             ]
         found += [
             Architecture("dual-memory", embedding, communication, reward, memory)
-            for embedding, communication in product(PAPER_EMBEDDINGS, (False, True))
+            for embedding, communication in product(
+                ("simple", complex_classes, *others), (False, True)
+            )
         ]
     return found + [Architecture(name) for name in BASELINES]
 

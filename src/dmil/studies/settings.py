@@ -21,6 +21,7 @@ from dmil.scenarios.recipe import DynamicsChanges, GridChanges, ScenarioRecipe, 
 from dmil.seeding import LARGEST_SEED
 
 PresetName = Literal["literal", "decaying", "matched"]
+ComplexReading = Literal["complex", "complex-scaled"]
 
 
 class Preset(BaseModel):
@@ -86,6 +87,13 @@ class PaperStudySettings(BaseModel):
     reward_constants: RewardConstants = Field(
         PAPER_CONSTANTS, description="Constants of the reward default [P]."
     )
+    complex_readings: tuple[ComplexReading, ...] = Field(
+        ("complex", "complex-scaled"),
+        min_length=1,
+        description="Readings of the complex classes; the first stands in the paper's table, the "
+        "others beside it: complex adds rotation and scale to simple, as the text says, "
+        "complex-scaled has simple's tolerance after scaling only.",
+    )
     training_epsilon: float = Field(0.1, ge=0, le=1, description="ε_train of the dummy agent [P].")
     equal_epsilon: bool = Field(
         True, description="Also run SARSA with the memory-based agents' ε: all at equal ε."
@@ -113,7 +121,7 @@ class PaperStudySettings(BaseModel):
         description="Links of the grids.",
     )
 
-    @field_validator("presets", "grids", "rewards")
+    @field_validator("presets", "grids", "rewards", "complex_readings")
     @classmethod
     def _distinct(cls, names: tuple[str, ...]) -> tuple[str, ...]:
         if len(set(names)) < len(names):

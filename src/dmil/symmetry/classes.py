@@ -24,10 +24,11 @@ class Classes(NamedTuple):
         Which shape of intersection an agent controls.
     orientation_count, phase_count, variant_count: (shapes,) int32
         Orientations, phases and symmetries of a shape.
-    orientation_image: (shapes, variants, orientations) int32
+    orientation_image: (shapes, variants, parts·orientations) int32
+        Every part of a key is permuted alike.
     phase_image, phase_preimage: (shapes, variants, phases) int32
         The image of a phase under a symmetry, and the phase with that image.
-    scale_levels, cell_width, cell_offset, tolerance: int
+    scale_levels, cell_width, cell_offset, tolerance, parts: int
         See `Embedding`.
     """
 
@@ -42,6 +43,7 @@ class Classes(NamedTuple):
     cell_width: int
     cell_offset: int
     tolerance: int
+    parts: int
 
 
 def build_classes(
@@ -61,14 +63,16 @@ def build_classes(
     used = [group.size if embedding.rotations else 1 for group in groups]
     orientations = [group.orientation_image.shape[1] for group in groups]
     phases = [group.phase_image.shape[1] for group in groups]
-    variants = max(used)
-    orientation_image = np.zeros((len(groups), variants, max(orientations)), np.int32)
+    variants, most = max(used), max(orientations)
+    orientation_image = np.zeros((len(groups), variants, embedding.parts * most), np.int32)
     phase_image = np.zeros((len(groups), variants, max(phases)), np.int32)
     phase_preimage = np.zeros_like(phase_image)
-    orientation_image[:] = np.arange(max(orientations))
+    orientation_image[:] = np.arange(embedding.parts * most)
     for s, group in enumerate(groups):
         for g in range(used[s]):
-            orientation_image[s, g, : orientations[s]] = group.orientation_image[g]
+            for start in range(0, embedding.parts * most, most):
+                end = start + orientations[s]
+                orientation_image[s, g, start:end] = start + group.orientation_image[g]
             phase_image[s, g, : phases[s]] = group.phase_image[g]
             phase_preimage[s, g, group.phase_image[g]] = np.arange(phases[s])
     return Classes(
@@ -83,6 +87,7 @@ def build_classes(
         cell_width=embedding.cell_width,
         cell_offset=embedding.cell_offset,
         tolerance=embedding.tolerance,
+        parts=embedding.parts,
     )
 
 
@@ -95,21 +100,24 @@ def embed(classes: Classes, state: IntArray, key: IntArray) -> None:
     classes
         The embedding.
     state: (orientations,) int32
-    key: (orientations,) int32
-        Filled in place.
+    key: (parts·orientations,) int32
+        Filled in place; of two parts the first is not scaled.
     """
     levels, width, offset = classes.scale_levels, classes.cell_width, classes.cell_offset
+    last = (classes.parts - 1) * state.shape[0]
     largest = 0
     for j in range(state.shape[0]):
         largest = max(largest, state[j])
     for j in range(state.shape[0]):
         value = state[j]
+        if last > 0:
+            key[j] = (value + offset) // width if width > 1 else value + offset
         # Divisions take most of the time here, so there is none that changes nothing.
         if levels > 0 and value > 0:
             # ⌊B·x/max + ½⌋ in whole numbers, so that no rounding of floats can split a class.
             value = (2 * levels * value + largest) // (2 * largest)
         value += offset
-        key[j] = value // width if width > 1 else value
+        key[last + j] = value // width if width > 1 else value
 
 
 @kernel
@@ -121,8 +129,8 @@ def vary(classes: Classes, shape: int, key: IntArray, variants: IntArray) -> int
     classes
         The embedding.
     shape: int
-    key: (orientations,) int32
-    variants: (at least the number of symmetries, orientations) int32
+    key: (parts·orientations,) int32
+    variants: (at least the number of symmetries, parts·orientations) int32
         Filled in place; the first is the key itself.
     """
     count = classes.variant_count[shape]

@@ -2,13 +2,14 @@
 
 An embedding is data. A state becomes a key in two steps, scale and cells, each of which may be
 off; two keys then belong to one class if a symmetry of the intersection carries one to within a
-tolerance of the other. The paper's classes and ours are values of these fields, and so is one of
-your own.
+tolerance of the other. An embedding that scales may also keep the state as it was before scaling:
+then two states belong to one class if they match either way. The paper's classes and ours are
+values of these fields, and so is one of your own.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from dmil.errors import InputError, unknown_name
 from dmil.importing import import_object
@@ -32,6 +33,9 @@ class Embedding:
         Largest difference in any orientation (L∞) between a state's key and the key it belongs to.
         With a tolerance above 0 the relation is not transitive: the first key wins, so classes
         depend on the order of arrival.
+    also_unscaled
+        Whether states that are within the tolerance of each other before scaling match, too, and
+        first. Only with scale levels and a tolerance: without one, equal states are equal scaled.
     """
 
     name: str
@@ -40,6 +44,26 @@ class Embedding:
     cell_offset: int = 0
     rotations: bool = False
     tolerance: int = 0
+    also_unscaled: bool = False
+
+    @property
+    def parts(self) -> int:
+        """Of how many parts a key consists, each as long as the state: a match in one is enough."""
+        return 2 if self.also_unscaled else 1
+
+    def changed(self, scale_levels: int | None, tolerance: int | None) -> Embedding:
+        """Return the same with another B and tolerance, where it scales and has one (ours).
+
+        Parameters
+        ----------
+        scale_levels, tolerance
+            None leaves its own.
+        """
+        return replace(
+            self,
+            scale_levels=(scale_levels or self.scale_levels) if self.scale_levels else 0,
+            tolerance=(tolerance or self.tolerance) if self.tolerance else 0,
+        )
 
     def __post_init__(self) -> None:
         for field, least in (
@@ -55,6 +79,12 @@ class Embedding:
                     where=f"embedding '{self.name}'",
                     expected=f"a whole number of at least {least}",
                 )
+        if self.also_unscaled and not (self.scale_levels and self.tolerance):
+            raise InputError(
+                f"also_unscaled with scale_levels {self.scale_levels}, tolerance {self.tolerance}",
+                where=f"embedding '{self.name}'",
+                expected="scale_levels and tolerance of at least 1 beside also_unscaled",
+            )
 
 
 EMBEDDINGS = {
@@ -62,11 +92,17 @@ EMBEDDINGS = {
     for embedding in (
         Embedding("exact"),
         Embedding("simple", tolerance=1),
-        Embedding("complex", scale_levels=5, rotations=True, tolerance=1),
+        Embedding("complex", scale_levels=5, rotations=True, tolerance=1, also_unscaled=True),
+        Embedding("complex-scaled", scale_levels=5, rotations=True, tolerance=1),
         Embedding("cells", cell_width=3, cell_offset=1),
     )
 }
-"""The named embeddings: exact and cells are ours, simple and complex the paper's."""
+"""The named embeddings: exact and cells are ours, simple and complex the paper's.
+
+The paper's complex embedding *adds* rotation and scale to simple, so two states that simple has in
+one class are in one class under complex, too. complex-scaled is the narrower reading: the tolerance
+holds after scaling only, which tells an empty road from one vehicle.
+"""
 
 
 def embedding(name: str) -> Embedding:

@@ -24,7 +24,7 @@ PAPER = grid(1, 1)
 
 
 def key_of(classes, state):
-    key = np.full(len(state), -7, np.int32)
+    key = np.full(classes.parts * len(state), -7, np.int32)
     embed(classes, np.array(state, np.int32), key)
     return key.tolist()
 
@@ -58,13 +58,37 @@ def test_scale_is_rounded_half_up(levels):
 
 
 def test_the_papers_scale_has_five_levels():
-    classes = classes_of(PAPER, EMBEDDINGS["complex"])
+    classes = classes_of(PAPER, EMBEDDINGS["complex-scaled"])
     state = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 10]
     assert key_of(classes, state) == [0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 5]
     assert key_of(classes, [0] * 12) == [0] * 12
     # Scale invariance: any multiple has the same key.
     for factor in (2, 3, 17):
         assert key_of(classes, [factor * x for x in state]) == key_of(classes, state)
+
+
+def test_the_papers_complex_key_is_the_state_and_the_state_scaled():
+    classes = classes_of(PAPER, EMBEDDINGS["complex"])
+    scaled = classes_of(PAPER, EMBEDDINGS["complex-scaled"])
+    for state in states(300):
+        assert key_of(classes, state) == state + key_of(scaled, state)
+
+
+def test_both_parts_of_a_key_have_cells():
+    classes = classes_of(
+        PAPER,
+        Embedding(
+            "both",
+            scale_levels=10,
+            cell_width=4,
+            cell_offset=2,
+            tolerance=1,
+            also_unscaled=True,
+        ),
+    )
+    for state in states(300):
+        scaled = [math.floor(Fraction(20 * x + max(state), 2 * max(max(state), 1))) for x in state]
+        assert key_of(classes, state) == [(x + 2) // 4 for x in state + scaled]
 
 
 def test_cells_are_three_wide_around_the_multiples_of_three():
@@ -84,7 +108,7 @@ def test_scale_comes_before_cells():
 
 
 def test_variants_are_the_rotations_of_a_key():
-    classes = classes_of(PAPER, EMBEDDINGS["complex"])
+    classes = classes_of(PAPER, EMBEDDINGS["complex-scaled"])
     key = np.arange(12, dtype=np.int32)
     variants = np.full((4, 12), -1, np.int32)
     assert vary(classes, 0, key, variants) == 4
@@ -92,6 +116,10 @@ def test_variants_are_the_rotations_of_a_key():
     assert {tuple(row) for row in variants.tolist()} == {
         tuple(np.roll(key, 3 * turn).tolist()) for turn in range(4)
     }
+    # Two parts turn together.
+    classes, both = classes_of(PAPER, EMBEDDINGS["complex"]), np.full((4, 24), -1, np.int32)
+    assert vary(classes, 0, np.append(key, 100 + key), both) == 4
+    assert both.tolist() == [[*row, *(100 + row)] for row in variants]
 
 
 @pytest.mark.parametrize("name", ["exact", "simple", "cells"])
@@ -140,6 +168,12 @@ def test_a_cell_has_a_width():
         Embedding("flat", cell_width=0)
 
 
+@pytest.mark.parametrize("fields", [{"tolerance": 1}, {"scale_levels": 5}, {}])
+def test_also_unscaled_needs_a_scale_and_a_tolerance(fields):
+    with pytest.raises(InputError, match="also_unscaled with"):
+        Embedding("odd", also_unscaled=True, **fields)
+
+
 def test_embeddings_have_names():
     assert {name: embedding(name).name for name in EMBEDDINGS} == {n: n for n in EMBEDDINGS}
     with pytest.raises(UnknownNameError, match="Did you mean 'simple'"):
@@ -149,7 +183,10 @@ def test_embeddings_have_names():
 def test_the_papers_embeddings_are_those_of_the_specification():
     assert EMBEDDINGS["simple"] == Embedding("simple", tolerance=1)
     assert EMBEDDINGS["complex"] == Embedding(
-        "complex", scale_levels=5, rotations=True, tolerance=1
+        "complex", scale_levels=5, rotations=True, tolerance=1, also_unscaled=True
+    )
+    assert EMBEDDINGS["complex-scaled"] == Embedding(
+        "complex-scaled", scale_levels=5, rotations=True, tolerance=1
     )
     assert EMBEDDINGS["cells"] == Embedding("cells", cell_width=3, cell_offset=1)
     assert EMBEDDINGS["exact"] == Embedding("exact")
