@@ -3,7 +3,8 @@
 from dmil.analysis.cells import Cells, cells_of
 from dmil.analysis.claims import claims
 from dmil.analysis.paper import TABLE_II, Architecture, PaperValue, Reading
-from dmil.analysis.statements import STATEMENTS, Statement
+from dmil.analysis.questions import Question, Statement
+from dmil.analysis.statements import STATEMENTS
 from dmil.analysis.study import Tables, tables_of
 from dmil.analysis.tables import curves, paper_table, sensitivity, summary
 
@@ -13,6 +14,7 @@ __all__ = [
     "Architecture",
     "Cells",
     "PaperValue",
+    "Question",
     "Reading",
     "Statement",
     "Tables",

@@ -30,12 +30,15 @@ ENTRIES = (
     "coalesce(short_term_entries, 0) + coalesce(long_term_entries, 0) + coalesce(table_entries, 0)"
 )
 
+#: What the paper records as the size of memory: m_L, for SARSA m_Q; as SQL over ``series``.
+LONG_ENTRIES = "coalesce(long_term_entries, 0) + coalesce(table_entries, 0)"
+
 PRESET_ORDER = ("literal", "decaying", "matched")
 REWARD_ORDER = ("default", "entropy", "diffusion", "queue", "pressure")
 BASELINES = ("longest-queue-first", "max-pressure", "fixed-cycle", "random")
 LEARNERS = ("sarsa", "dual-memory")
 CONTROLLER_ORDER = (*LEARNERS, *BASELINES)
-EMBEDDING_ORDER = ("exact", "simple", "complex", "cells")
+EMBEDDING_ORDER = ("exact", "simple", "complex", "complex-scaled", "cells")
 
 Key = tuple[str | bool | float | None, ...]
 
@@ -131,8 +134,10 @@ def by_size(scenarios: Sequence[str]) -> list[str]:
 def cells_of(results: Results) -> Cells:
     """Arrange the successful runs of a study.
 
-    Besides the numeric columns of ``runs`` there is the measure ``entries_per_decision``: the slope
-    of a least-squares line through the stored states per agent over the decisions of the run.
+    Besides the numeric columns of ``runs`` there are, per agent, ``long_entries`` at the horizon
+    (m_L, for SARSA m_Q) and ``first_long_entries`` at the start; and the slopes of least-squares
+    lines over the decisions of a run: ``entries_per_decision`` of all stored states,
+    ``long_entries_per_decision`` and ``short_entries_per_decision`` of the parts of it.
 
     Raises
     ------
@@ -148,7 +153,7 @@ def cells_of(results: Results) -> Cells:
             where=str(results.folder),
             mend="run 'dmil study' again",
         )
-    runs = runs.join(_slopes(results), on=[*CELL, "seed"], how="left", nulls_equal=True)
+    runs = runs.join(_growth(results), on=[*CELL, "seed"], how="left", nulls_equal=True)
     return arrange(runs, results)
 
 
@@ -191,12 +196,16 @@ def _rank(column: str, order: Sequence[str]) -> pl.Expr:
     )
 
 
-def _slopes(results: Results) -> pl.DataFrame:
-    """Entries per decision of each run, by least squares over its decision times."""
+def _growth(results: Results) -> pl.DataFrame:
+    """Entries of each run at its ends, and per decision by least squares over its decisions."""
     return results.query(
         f"""
         select {", ".join(CELL)}, seed,
-            regr_slope({ENTRIES}, decision) as entries_per_decision
+            arg_min({LONG_ENTRIES}, decision) as first_long_entries,
+            arg_max({LONG_ENTRIES}, decision) as long_entries,
+            regr_slope({ENTRIES}, decision) as entries_per_decision,
+            regr_slope({LONG_ENTRIES}, decision) as long_entries_per_decision,
+            regr_slope(coalesce(short_term_entries, 0), decision) as short_entries_per_decision
         from (select *, row_number() over (
                   partition by {", ".join(CELL)}, seed order by time_s) as decision from series)
         group by all

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import polars as pl
@@ -10,15 +12,21 @@ import polars as pl
 from dmil.analysis.cells import Cells, cells_of
 from dmil.analysis.comparisons import Evidence, evaluate
 from dmil.analysis.paper import scenario_label
-from dmil.analysis.statements import STATEMENTS, Statement
+from dmil.analysis.questions import Question, Statement
+from dmil.analysis.statements import STATEMENTS
 from dmil.results import Results
 
 #: With fewer seeds a 95 % interval covers the truth in far fewer than 92 % of studies (three seeds:
 #: 75 %, two: 50 %), so no verdict is given.
 FEWEST_SEEDS = 5
 
+Outcome = Literal["holds", "does not hold", "depends", "not shown", "not judged"]
+OUTCOMES: tuple[Outcome, ...] = ("holds", "does not hold", "depends", "not shown", "not judged")
+"""How a claim can end: "depends" is one whose questions have different answers."""
+
 EVIDENCE = pl.Struct(
     {
+        "question": pl.String,
         "scenario": pl.String,
         "comparison": pl.String,
         "measure": pl.String,
@@ -34,9 +42,12 @@ CLAIMS_SCHEMA: dict[str, pl.DataType] = {
     "preset": pl.String(),
     "id": pl.String(),
     "source": pl.String(),
+    "place": pl.String(),
     "sentence": pl.String(),
+    "note": pl.String(),
     "rule": pl.String(),
     "holds": pl.Boolean(),
+    "outcome": pl.String(),
     "verdict": pl.String(),
     "summary": pl.String(),
     "evidence": pl.List(EVIDENCE),
@@ -44,25 +55,31 @@ CLAIMS_SCHEMA: dict[str, pl.DataType] = {
 
 
 def claims(results: Results | Cells) -> pl.DataFrame:
-    """Judge each claim of the paper, and two facts of ours, under each preset (ours).
+    """Judge each claim of the paper, and three of ours, under each preset (ours).
 
-    Each claim is a set of comparisons of two cells on the same seeds. A comparison is the relative
-    difference of their means with a paired bootstrap 95 % interval over seeds, and it
+    Each claim is one question or several; each question is a set of comparisons of two cells on the
+    same seeds. A comparison is the relative difference of their means with a paired bootstrap 95 %
+    interval over seeds, and it
 
     - shows "below" (or "above") a threshold if the whole interval lies below (above) it,
     - shows "within" if the whole interval lies inside ±5 %,
     - shows "not below" unless the whole interval lies below the threshold,
     - shows the opposite if the interval lies wholly on the other side, else leaves it open.
 
-    A claim holds if all its comparisons show it (for "up to" and "more than": if one does). The
-    comparisons are those whose runs are there; grids of other sizes than the paper's count as
-    long as they have one, or several, intersections like the paper's.
+    A question that all comparisons have to show holds if all do, and does not hold if one shows the
+    opposite. One that a single comparison may show ("some …") holds if one does, and does not hold
+    only if all show the opposite. What is left is not shown: the runs do not decide it.
+
+    A claim of several questions holds if all of them do; where their answers differ, the verdict
+    gives each. The comparisons are those whose runs are there; grids of other sizes than the
+    paper's count as long as they have one, or several, intersections like the paper's.
 
     Returns
     -------
-    One row per preset and claim: ``preset``, ``id``, ``source`` (paper, ours), ``sentence``,
-    ``rule``, ``holds`` (null if runs are missing or there are fewer than five seeds), ``verdict``
-    in words, ``summary`` of the evidence in words, and ``evidence``, a list of all comparisons.
+    One row per preset and claim: ``preset``, ``id``, ``source`` (quotation, table, ours), ``place``
+    in the paper, ``sentence``, ``note``, ``rule``, ``holds`` (null if not decided, runs are missing
+    or there are fewer than five seeds), ``outcome`` (see `OUTCOMES`), ``verdict`` in words,
+    ``summary`` of the evidence in words, and ``evidence``, a list of all comparisons.
     """
     cells = results if isinstance(results, Cells) else cells_of(results)
     rows = [
@@ -71,24 +88,41 @@ def claims(results: Results | Cells) -> pl.DataFrame:
     return pl.DataFrame(rows, schema=CLAIMS_SCHEMA, orient="row")
 
 
+@dataclass(frozen=True, slots=True)
+class _Answer:
+    """A question with its evidence and what that decides."""
+
+    question: Question
+    evidence: list[Evidence]
+    holds: bool | None
+    verdict: str
+
+
 def _judged(cells: Cells, preset: str, statement: Statement) -> tuple[object, ...]:
-    comparisons = statement.choose(cells, preset)
-    evidence = evaluate(cells, comparisons, statement.relation, statement.threshold)
-    holds, verdict = _verdict(evidence, statement.quantifier)
-    rule = statement.question
-    if statement.quantifier == "all":
-        rule += "; every comparison has to show it"
+    answers = [_answer(cells, preset, question) for question in statement.questions]
+    # A question that needs runs which are not there, or does not arise under a preset, is left out.
+    asked = [answer for answer in answers if answer.evidence] or answers[:1]
+    holds, outcome, verdict = _together(asked)
     return (
         preset,
         statement.name,
         statement.source,
+        statement.place,
         statement.sentence,
-        rule,
+        statement.note,
+        "; ".join(_rule(question) for question in statement.questions),
         holds,
+        outcome,
         verdict,
-        _in_words(evidence),
-        [_row(one) for one in evidence],
+        "; ".join(_labelled(answer, _in_words(answer.evidence)) for answer in asked),
+        [_row(answer.question, one) for answer in asked for one in answer.evidence],
     )
+
+
+def _answer(cells: Cells, preset: str, question: Question) -> _Answer:
+    comparisons = question.choose(cells, preset)
+    evidence = evaluate(cells, comparisons, question.relation, question.threshold)
+    return _Answer(question, evidence, *_verdict(evidence, question.quantifier))
 
 
 def _verdict(evidence: Sequence[Evidence], quantifier: str) -> tuple[bool | None, str]:
@@ -96,15 +130,55 @@ def _verdict(evidence: Sequence[Evidence], quantifier: str) -> tuple[bool | None
         return None, "not run"
     if min(one.seeds for one in evidence) < FEWEST_SEEDS:
         return None, "too few seeds"
+    total = len(evidence)
     shown = sum(one.outcome == "shown" for one in evidence)
     opposite = sum(one.outcome == "opposite" for one in evidence)
-    if shown == len(evidence) or (shown and quantifier == "any"):
+    if shown == total or (shown and quantifier == "any"):
         return True, "holds"
-    if opposite == len(evidence):
+    if opposite == total:
         return False, "does not hold"
-    if shown:
-        return False, f"holds in {shown} of {len(evidence)}"
-    return False, "not shown" if not opposite else "does not hold"
+    if opposite and quantifier == "all":
+        return False, f"holds in {shown} of {total}" if shown else "does not hold"
+    return None, f"shown in {shown} of {total}" if shown else "not shown"
+
+
+def _together(answers: Sequence[_Answer]) -> tuple[bool | None, Outcome, str]:
+    """Join the answers to the questions of one claim."""
+    verdicts = {answer.verdict for answer in answers}
+    found = {answer.holds for answer in answers}
+    if verdicts <= {"not run", "too few seeds"}:
+        return None, "not judged", min(verdicts)
+    if len(answers) == 1 or len(verdicts) == 1:
+        first = answers[0]
+        outcome: Outcome = (
+            "not shown" if first.holds is None else "holds" if first.holds else "does not hold"
+        )
+        return first.holds, outcome, first.verdict
+    verdict = "; ".join(map(_short, answers))
+    if found == {True}:
+        return True, "holds", "holds"
+    if found == {False}:
+        return False, "does not hold", verdict
+    return None, "not shown" if found == {None} else "depends", verdict
+
+
+def _short(answer: _Answer) -> str:
+    """Say yes or no to a question by its label, and in how many comparisons where it differs."""
+    word = answer.verdict if answer.holds is None else "yes" if answer.holds else "no"
+    share = answer.verdict.removeprefix("holds ")
+    counted = f" ({share})" if share.startswith("in ") else ""
+    return f"{word} {answer.question.label}{counted}"
+
+
+def _rule(question: Question) -> str:
+    rule = f"{question.label}: {question.text}" if question.label else question.text
+    if question.quantifier == "all":
+        rule += ", in every comparison"
+    return rule
+
+
+def _labelled(answer: _Answer, text: str) -> str:
+    return f"{answer.question.label}: {text}" if answer.question.label and text else text
 
 
 def _in_words(evidence: Sequence[Evidence]) -> str:
@@ -123,8 +197,9 @@ def _phrase(one: Evidence) -> str:
     return f"{where}, {one.comparison.label}: {number.replace('-', '−')}"
 
 
-def _row(one: Evidence) -> dict[str, object]:
+def _row(question: Question, one: Evidence) -> dict[str, object]:
     return {
+        "question": question.label,
         "scenario": one.comparison.scenario,
         "comparison": one.comparison.label,
         "measure": one.comparison.measure,

@@ -27,7 +27,7 @@ class Comparison:
     scenario
         Where.
     measure
-        Column of ``runs``, or ``entries_per_decision``.
+        Column of ``runs``, or a measure that `cells_of` adds.
     first, second
         Numbers of the cells, None where a cell was not run.
     change_of, change_from

@@ -22,6 +22,9 @@ COMPLEX_COMMUNICATION = "Complex + communication"
 #: Columns of Table II, in the paper's order.
 PAPER_COLUMNS: tuple[str, ...] = (NO_MEMORY, SIMPLE, COMPLEX, COMPLEX_COMMUNICATION)
 
+#: Readings of the complex classes: as the text says, and with the tolerance after scaling only.
+COMPLEX_READINGS: tuple[str, ...] = ("complex", "complex-scaled")
+
 #: Rewards of Table II, in the paper's order.
 PAPER_REWARDS: tuple[str, ...] = ("default", "entropy", "diffusion")
 
@@ -68,6 +71,8 @@ class Reading:
     no_memory_embedding
         Preset to the classes of its "No Memory": exact SARSA as written; under ``matched`` SARSA
         on the simple classes, the reading that reproduces the printed magnitudes.
+    complex_embedding
+        Which reading of the complex classes its "Complex" has.
     """
 
     epsilon_non_memory: float = EPSILON_NON_MEMORY
@@ -75,13 +80,14 @@ class Reading:
     no_memory_embedding: Mapping[str, str] = field(
         default_factory=lambda: {"matched": "simple"}, hash=False
     )
+    complex_embedding: str = "complex"
 
     def architecture(self, column: str, preset: str) -> Architecture:
         """Return the architecture that a column of Table II stands for under a preset (ours)."""
         if column == NO_MEMORY:
             embedding = self.no_memory_embedding.get(preset, "exact")
             return Architecture("sarsa", embedding, False, self.epsilon_non_memory)
-        embedding = "simple" if column == SIMPLE else "complex"
+        embedding = "simple" if column == SIMPLE else self.complex_embedding
         communication = column == COMPLEX_COMMUNICATION
         return Architecture("dual-memory", embedding, communication, self.epsilon_memory)
 
@@ -112,6 +118,7 @@ def reading_of(configuration: Mapping[str, Any]) -> Reading:
         sarsa.get("epsilon", EPSILON_NON_MEMORY),
         memory.get("epsilon", EPSILON_MEMORY),
         {"matched": "simple"} | chosen,
+        (configuration.get("complex_readings") or ["complex"])[0],
     )
 
 
@@ -145,6 +152,22 @@ TABLE_II: tuple[PaperValue, ...] = (
     *_rows("grid:5x5", "entropy", (0.08, 0.01), (0.05, 0.004), (0.06, 0.004), (0.06, 0.003)),
     *_rows("grid:5x5", "diffusion", (0.08, 0.01), (0.05, 0.004), (0.06, 0.004), (0.06, 0.003)),
 )
+
+
+def implied_changes(first: str, second: str) -> list[float]:
+    """Return the relative changes of W/V_c from one reward to another that Table II implies (ours).
+
+    Parameters
+    ----------
+    first, second
+        Names of rewards: first/second − 1 in every grid and column.
+    """
+    found = {(value.scenario, value.column, value.reward): value.mean for value in TABLE_II}
+    return [
+        mean / found[scenario, column, second] - 1
+        for (scenario, column, reward), mean in found.items()
+        if reward == first
+    ]
 
 
 def intersections_of(scenario: str) -> int | None:

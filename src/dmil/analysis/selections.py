@@ -17,19 +17,21 @@ from dmil.analysis.paper import (
     intersections_of,
 )
 
-WAIT, ARRIVED, ENTRIES, GROWTH = (
-    "w_over_vc",
-    "arrived_veh",
-    "entries_per_agent",
-    "entries_per_decision",
-)
+WAIT, WAIT_UNDIVIDED, ARRIVED = "w_over_vc", "wait_per_spawned_s", "arrived_veh"
+#: Stored states per agent, m_s + m_L; of all agents, what they share counted once; m_L alone; and
+#: what is added per decision. For SARSA all of them are m_Q.
+ENTRIES, TOTAL_ENTRIES, LONG_ENTRIES = "entries_per_agent", "entries_total", "long_entries"
+GROWTH, LONG_GROWTH = "entries_per_decision", "long_entries_per_decision"
 PHYSICAL = ("entropy", "diffusion")
 ALL_REWARDS = ("default", "entropy", "diffusion")
+
+Where = Literal["single", "several", "any"]
+"""Grids with one intersection like the paper's, with several, or both."""
 
 Choose = Callable[[Cells, str], Iterator[Comparison]]
 
 
-def grids(cells: Cells, which: Literal["single", "several", "any"]) -> list[str]:
+def grids(cells: Cells, which: Where) -> list[str]:
     """Return scenarios with one or with several intersections; unknown networks have several."""
     several = {name: intersections_of(name) != 1 for name in cells.scenarios}
     return [name for name in several if which == "any" or several[name] == (which == "several")]
@@ -40,7 +42,7 @@ def columns(
     second: str,
     measure: str,
     rewards: tuple[str, ...],
-    where: Literal["single", "several", "any"] = "several",
+    where: Where = "several",
 ) -> Choose:
     """Compare columns of the paper's table with another column at the same reward."""
 
@@ -61,7 +63,7 @@ def rewards(
     first: tuple[str, ...],
     second: str,
     measure: str,
-    where: Literal["single", "several", "any"] = "any",
+    where: Where = "any",
 ) -> Choose:
     """Compare rewards with another reward in each column of the paper's table."""
 
@@ -92,13 +94,23 @@ def complex_against_others(cells: Cells, preset: str) -> Iterator[Comparison]:
             yield Comparison(f"{reward}/default: Complex against {other}", scenario, WAIT, *pairs)
 
 
-def against_exact_sarsa(measure: str) -> Choose:
-    """Compare Simple and Complex with SARSA on exact states at its ε."""
+def against_no_memory(measure: str) -> Choose:
+    """Compare Simple and Complex with No Memory, where that is not exact SARSA anyway."""
+
+    def choose(cells: Cells, preset: str) -> Iterator[Comparison]:
+        if cells.reading.architecture(NO_MEMORY, preset).embedding != "exact":
+            yield from columns((SIMPLE, COMPLEX), NO_MEMORY, measure, ALL_REWARDS)(cells, preset)
+
+    return choose
+
+
+def against_exact_sarsa(measure: str, first: tuple[str, ...] = (SIMPLE, COMPLEX)) -> Choose:
+    """Compare columns of the paper's table with SARSA on exact states at its ε."""
 
     def choose(cells: Cells, preset: str) -> Iterator[Comparison]:
         table = Architecture("sarsa", "exact", False, cells.reading.epsilon_non_memory)
         several = grids(cells, "several")
-        for scenario, reward, column in product(several, ALL_REWARDS, (SIMPLE, COMPLEX)):
+        for scenario, reward, column in product(several, ALL_REWARDS, first):
             yield Comparison(
                 f"{reward}: {column} against exact SARSA",
                 scenario,
@@ -115,7 +127,8 @@ def at_equal_epsilon(first: str, second: str) -> Choose:
 
     def choose(cells: Cells, preset: str) -> Iterator[Comparison]:
         several = grids(cells, "several")
-        for scenario, reward, embedding in product(several, PHYSICAL, ("simple", "complex")):
+        classes = ("simple", cells.reading.complex_embedding)
+        for scenario, reward, embedding in product(several, PHYSICAL, classes):
             other = "exact" if second == "exact" else embedding
             epsilon = cells.reading.epsilon_memory
             yield Comparison(

@@ -8,6 +8,8 @@ import polars as pl
 
 from dmil.analysis.cells import Cells, cells_of
 from dmil.analysis.claims import claims
+from dmil.analysis.memory_use import memory_table
+from dmil.analysis.readings import cells_reproduced, complex_readings
 from dmil.analysis.tables import paper_table, sensitivity, summary
 from dmil.results import Results
 
@@ -20,14 +22,18 @@ class Tables:
     ----------
     cells: Cells
         Its cells, seed by seed.
-    summary, paper, sensitivity, claims: polars.DataFrame
-        See the functions of these names.
+    summary, paper, sensitivity, readings, reproduced, memory, claims: polars.DataFrame
+        See the functions `summary`, `paper_table`, `sensitivity`, `complex_readings`,
+        `cells_reproduced`, `memory_table` and `claims`.
     """
 
     cells: Cells
     summary: pl.DataFrame
     paper: pl.DataFrame
     sensitivity: pl.DataFrame
+    readings: pl.DataFrame
+    reproduced: pl.DataFrame
+    memory: pl.DataFrame
     claims: pl.DataFrame
 
 
@@ -40,4 +46,14 @@ def tables_of(results: Results) -> Tables:
         No run succeeded.
     """
     cells = cells_of(results)
-    return Tables(cells, summary(cells), paper_table(cells), sensitivity(cells), claims(cells))
+    paper, readings = paper_table(cells), complex_readings(cells)
+    return Tables(
+        cells=cells,
+        summary=summary(cells),
+        paper=paper,
+        sensitivity=sensitivity(cells),
+        readings=readings,
+        reproduced=cells_reproduced(paper, readings),
+        memory=memory_table(cells),
+        claims=claims(cells),
+    )

@@ -39,15 +39,15 @@ def summary(results: Results | Cells) -> pl.DataFrame:
     W, queue, travel time, throughput, stored entries and bytes; the paired relative difference of
     W/V_c to max-pressure and to longest-queue-first in % with its interval (below 0: waits less).
     """
-    cells = _cells(results)
+    cells = as_cells(results)
     headline = cells.measures[HEADLINE]
     estimate = mean_interval(headline, stream(0, "bootstrap", "summary"))
     columns: dict[str, pl.Series] = {
         "n": pl.Series(estimate.seeds),
-        "w_over_vc_mean": _series(estimate.value),
-        "w_over_vc_sd": _series(standard_deviation(headline)),
-        "w_over_vc_low": _series(estimate.low),
-        "w_over_vc_high": _series(estimate.high),
+        "w_over_vc_mean": series_of(estimate.value),
+        "w_over_vc_sd": series_of(standard_deviation(headline)),
+        "w_over_vc_low": series_of(estimate.low),
+        "w_over_vc_high": series_of(estimate.high),
     }
     for name, measure in (
         ("vc_mean", "arrived_veh"),
@@ -59,7 +59,7 @@ def summary(results: Results | Cells) -> pl.DataFrame:
         ("msize_mean", "msize_per_agent"),
         ("bytes_mean", "bytes_total"),
     ):
-        columns[name] = _series(_mean(cells.measures[measure]))
+        columns[name] = series_of(seed_means(cells.measures[measure]))
     for name, baseline in (
         ("vs_max_pressure", "max-pressure"),
         ("vs_longest_queue", "longest-queue-first"),
@@ -74,7 +74,7 @@ def summary(results: Results | Cells) -> pl.DataFrame:
             stream(0, "bootstrap", "summary", baseline),
             relative=True,
         )
-        columns |= _percent(name, difference)
+        columns |= percent_columns(name, difference)
     return cells.named.with_columns(**columns)
 
 
@@ -85,10 +85,11 @@ def paper_table(results: Results | Cells) -> pl.DataFrame:
     -------
     One row per preset, scenario, reward and column: ``paper_mean``, ``paper_spread`` (null where
     the paper has no entry), ``mean``, ``sd``, ``low``, ``high``, ``n`` of ours (null where it was
-    not run). The baselines are columns too; they have no reward and no paper value. Rows where
-    both are missing are left out.
+    not run), ``within`` (whether our mean lies within the paper's ±). The baselines
+    are columns too; they have no reward and no paper value. Rows where both are missing are left
+    out.
     """
-    cells = _cells(results)
+    cells = as_cells(results)
     rewards = ordered(cells.rewards or PAPER_REWARDS, PAPER_REWARDS)
     rows: list[tuple[str, str, str | None, str, int | None]] = []
     for preset in cells.presets:
@@ -111,15 +112,8 @@ def paper_table(results: Results | Cells) -> pl.DataFrame:
         },
         orient="row",
     )
-    ours = _estimates(cells, [row[4] for row in rows], "paper-table")
-    paper = pl.DataFrame(
-        [(v.scenario, v.reward, v.column, v.mean, v.spread) for v in TABLE_II],
-        schema=["scenario", "reward", "column", "paper_mean", "paper_spread"],
-        orient="row",
-    )
-    joined = pl.concat([table, ours], how="horizontal").join(
-        paper, on=["scenario", "reward", "column"], how="left", maintain_order="left"
-    )
+    ours = headline_estimates(cells, [row[4] for row in rows], "paper-table")
+    joined = beside_the_paper(pl.concat([table, ours], how="horizontal"))
     return joined.filter(pl.col("mean").is_not_null() | pl.col("paper_mean").is_not_null())
 
 
@@ -131,7 +125,7 @@ def sensitivity(results: Results | Cells) -> pl.DataFrame:
     One row per scenario, reward, column and preset: ``mean``, ``sd``, ``low``, ``high``, ``n``,
     and the paired relative difference to the study's first preset in %, with its interval.
     """
-    cells = _cells(results)
+    cells = as_cells(results)
     rows = [
         (scenario, reward, column, preset)
         for scenario in cells.scenarios
@@ -151,8 +145,8 @@ def sensitivity(results: Results | Cells) -> pl.DataFrame:
         relative=True,
     )
     table = pl.DataFrame(rows, schema=["scenario", "reward", "column", "preset"], orient="row")
-    table = pl.concat([table, _estimates(cells, numbers, "sensitivity")], how="horizontal")
-    return table.with_columns(**_percent("vs_first_preset", difference)).filter(
+    table = pl.concat([table, headline_estimates(cells, numbers, "sensitivity")], how="horizontal")
+    return table.with_columns(**percent_columns("vs_first_preset", difference)).filter(
         pl.col("mean").is_not_null()
     )
 
@@ -207,45 +201,69 @@ def curves(
     count = cells.table.height
     return pl.concat([cells.named] * len(times)).with_columns(
         time_s=pl.Series(np.repeat(times, count)),
-        mean=_series(estimate.value),
-        low=_series(estimate.low),
-        high=_series(estimate.high),
+        mean=series_of(estimate.value),
+        low=series_of(estimate.low),
+        high=series_of(estimate.high),
     )
 
 
-def _cells(results: Results | Cells) -> Cells:
+def beside_the_paper(table: pl.DataFrame) -> pl.DataFrame:
+    """Add the entries of Table II, and whether our means lie within its ± (ours).
+
+    Parameters
+    ----------
+    table
+        With the columns ``scenario``, ``reward``, ``column`` and ``mean``.
+    """
+    paper = pl.DataFrame(
+        [(v.scenario, v.reward, v.column, v.mean, v.spread) for v in TABLE_II],
+        schema=["scenario", "reward", "column", "paper_mean", "paper_spread"],
+        orient="row",
+    )
+    off = (pl.col("mean") - pl.col("paper_mean")).abs()
+    return table.join(
+        paper, on=["scenario", "reward", "column"], how="left", maintain_order="left"
+    ).with_columns(within=off <= pl.col("paper_spread"))
+
+
+def as_cells(results: Results | Cells) -> Cells:
+    """Return a study's cells, arranged already or not (ours)."""
     return results if isinstance(results, Cells) else cells_of(results)
 
 
-def _estimates(cells: Cells, numbers: Sequence[int | None], name: str) -> pl.DataFrame:
+def headline_estimates(cells: Cells, numbers: Sequence[int | None], name: str) -> pl.DataFrame:
+    """Return mean, sd, interval and number of seeds of W/V_c of cells, nulls for None (ours)."""
     values = cells.columns(HEADLINE, numbers)
     estimate = mean_interval(values, stream(0, "bootstrap", name))
     return pl.DataFrame(
         {
-            "mean": _series(estimate.value),
-            "sd": _series(standard_deviation(values)),
-            "low": _series(estimate.low),
-            "high": _series(estimate.high),
+            "mean": series_of(estimate.value),
+            "sd": series_of(standard_deviation(values)),
+            "low": series_of(estimate.low),
+            "high": series_of(estimate.high),
             "n": pl.Series(estimate.seeds),
         }
     )
 
 
-def _percent(name: str, estimate: Estimate) -> dict[str, pl.Series]:
+def percent_columns(name: str, estimate: Estimate) -> dict[str, pl.Series]:
+    """Return an estimate of a relative difference in %, with its interval (ours)."""
     return {
-        f"{name}_pct": _series(100 * estimate.value),
-        f"{name}_low_pct": _series(100 * estimate.low),
-        f"{name}_high_pct": _series(100 * estimate.high),
+        f"{name}_pct": series_of(100 * estimate.value),
+        f"{name}_low_pct": series_of(100 * estimate.low),
+        f"{name}_high_pct": series_of(100 * estimate.high),
     }
 
 
-def _mean(values: np.ndarray) -> np.ndarray:
+def seed_means(values: np.ndarray) -> np.ndarray:
+    """Return means over seeds, runs that are missing left out (ours)."""
     present = ~np.isnan(values)
     with np.errstate(invalid="ignore"):
         return np.asarray(np.where(present, values, 0.0).sum(axis=0) / present.sum(axis=0))
 
 
-def _series(values: np.ndarray) -> pl.Series:
+def series_of(values: np.ndarray) -> pl.Series:
+    """Return numbers as a column, nulls for NaN (ours)."""
     return pl.Series(values).fill_nan(None)
 
 
