@@ -165,8 +165,7 @@ def _together(answers: Sequence[_Answer]) -> tuple[bool | None, Outcome, str]:
 def _short(answer: _Answer) -> str:
     """Say yes or no to a question by its label, and in how many comparisons where it differs."""
     word = answer.verdict if answer.holds is None else "yes" if answer.holds else "no"
-    share = answer.verdict.removeprefix("holds ")
-    counted = f" ({share})" if share.startswith("in ") else ""
+    counted = f" ({answer.verdict})" if " in " in answer.verdict and word == "no" else ""
     return f"{word} {answer.question.label}{counted}"
 
 

@@ -12,6 +12,7 @@ from dmil.analysis.cells import (
     CELL,
     ENTRIES,
     LEARNERS,
+    LONG_ENTRIES,
     Cells,
     arrange,
     cells_of,
@@ -161,7 +162,8 @@ def curves(
     results
         Results of a study.
     measure
-        A numeric column of ``series``, or ``entries``, all states an agent stores.
+        A numeric column of ``series``; ``entries``, all states an agent stores; or
+        ``long_entries``, those of long-term memory, for SARSA of its table.
     preset, scenario
         Which cells.
     since_start
@@ -172,7 +174,7 @@ def curves(
     Columns of :attr:`Cells.named`, ``time_s``, ``mean``, ``low``, ``high`` over seeds. Baselines
     that ran under another preset only are taken from there.
     """
-    value = ENTRIES if measure == "entries" else f'"{measure}"'
+    value = {"entries": ENTRIES, "long_entries": LONG_ENTRIES}.get(measure, f'"{measure}"')
     learners = ", ".join(f"'{name}'" for name in LEARNERS)
     if since_start:
         run = f"partition by {', '.join(CELL)}, seed order by time_s"

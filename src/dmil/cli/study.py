@@ -258,7 +258,9 @@ def _claim_rows(judged: Any) -> list[dict[str, Any]]:
             "id": row["id"],
             "preset": row["preset"],
             "claim": row["sentence"],
+            "source": row["source"],
             "holds": row["holds"],
+            "outcome": row["outcome"],
             "evidence": {
                 "verdict": row["verdict"],
                 "rule": row["rule"],

@@ -25,7 +25,7 @@ _SHORT_NAMES = {
 _SHORT_NETWORKS = {"cologne": "col.", "ingolstadt": "ing.", "arterial": "art."}
 _WIDTH = 80
 _NAME_WIDTH = 20
-_COLOURS = {True: "green", False: "red", None: "dim"}
+_COLOURS = {"holds": "green", "does not hold": "red", "depends": "yellow"}
 
 
 def headline_table(tables: Tables, preset: str) -> Table:
@@ -76,7 +76,7 @@ def _entry(row: dict[str, Any] | None) -> Text:
 
 
 def claim_lines(judged: pl.DataFrame, preset: str) -> list[Text]:
-    """Return one line per claim: verdict, then the claim.
+    """Return one line per claim: how it ends, the claim, the verdict where it says more.
 
     Parameters
     ----------
@@ -86,13 +86,15 @@ def claim_lines(judged: pl.DataFrame, preset: str) -> list[Text]:
         Preset to show.
     """
     rows = judged.filter(pl.col("preset") == preset)
-    width = max((len(verdict) for verdict in rows["verdict"]), default=0)
+    width = max((len(outcome) for outcome in rows["outcome"]), default=0)
     lines = [Text(f"Claims, preset {preset}", style="bold")]
     for row in rows.iter_rows(named=True):
         line = Text()
-        line.append(f"{row['verdict']:{width}}", style=_COLOURS[row["holds"]])
+        line.append(f"{row['outcome']:{width}}", style=_COLOURS.get(row["outcome"], "dim"))
         ours = " (ours)" if row["source"] == "ours" else ""
         line.append(f"  {row['sentence']}{ours}")
+        if row["verdict"] != row["outcome"]:
+            line.append(f" [{row['verdict']}]", style="dim")
         lines.append(line)
     return lines
 

@@ -12,7 +12,7 @@ import polars as pl
 from dmil.analysis import Tables, tables_of
 from dmil.analysis.cells import BASELINES, PRESET_ORDER, Cells
 from dmil.analysis.claims import FEWEST_SEEDS
-from dmil.analysis.paper import PAPER_COLUMNS, SOURCE, scenario_label
+from dmil.analysis.paper import NO_MEMORY, PAPER_COLUMNS, SOURCE, scenario_label
 from dmil.errors import unknown_name
 from dmil.reports.assumptions import assumptions, configuration_rows, find_value
 from dmil.reports.figure import Figure
@@ -22,6 +22,15 @@ from dmil.reports.html import environment, shared_values
 from dmil.reports.labels import architecture_label, signed
 from dmil.results import Results
 from dmil.theory import STATEMENTS
+
+#: How claims end, each with how the headline says it.
+_OUTCOMES = {
+    "holds": "hold",
+    "does not hold": "do not hold",
+    "depends": "depend on how they are read or counted",
+    "not shown": "are not shown by these runs",
+    "not judged": "cannot be judged from them",
+}
 
 #: Fewer seeds than this and the intervals are too narrow to rely on.
 FEW_SEEDS = 8
@@ -80,6 +89,9 @@ def _table_files(tables: Tables) -> dict[str, str | bytes]:
         "tables/summary.csv": csv(tables.summary),
         "tables/paper_table.csv": csv(tables.paper),
         "tables/sensitivity.csv": csv(tables.sensitivity),
+        "tables/complex_readings.csv": csv(tables.readings),
+        "tables/cells_reproduced.csv": csv(tables.reproduced),
+        "tables/memory.csv": csv(tables.memory),
         "tables/claims.csv": csv(tables.claims),
         "tables/claims_evidence.csv": evidence_csv(tables.claims),
     }
@@ -108,6 +120,15 @@ def _page(results: Results, tables: Tables, figures: list[Figure], preset: str) 
         paper_tables={name: _paper_rows(tables.paper, name) for name in cells.presets},
         best=_best(tables.summary, preset),
         claims=_claim_rows(tables.claims, preset),
+        outcomes=_OUTCOMES,
+        counts_of=_counts(tables.claims),
+        no_memory={
+            name: cells.reading.architecture(NO_MEMORY, name).embedding for name in cells.presets
+        },
+        memory=tables.memory.filter(pl.col("preset") == preset).rows(named=True),
+        reproduced=tables.reproduced.rows(named=True),
+        reading_names=tables.readings["reading"].unique(maintain_order=True).to_list(),
+        readings=_reading_rows(tables.readings),
         statements=STATEMENTS,
         sensitivity=_sensitivity_rows(tables.sensitivity, cells.presets),
         architectures=_architecture_rows(tables.summary, preset),
@@ -167,6 +188,27 @@ def _claim_rows(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
         {**by[preset], "evidence_range": _range(by[preset]["evidence"]), "by_preset": by}
         for by in verdicts.values()
     ]
+
+
+def _counts(table: pl.DataFrame) -> dict[str, dict[str, int]]:
+    """Count how the paper's claims end, under each preset."""
+    counts = {preset: dict.fromkeys(_OUTCOMES, 0) for preset in table["preset"].unique()}
+    for row in table.filter(pl.col("source") != "ours").iter_rows(named=True):
+        counts[row["preset"]][row["outcome"]] += 1
+    return counts
+
+
+def _reading_rows(table: pl.DataFrame) -> list[dict[str, Any]]:
+    """One row per preset, grid, reward and column, all readings of the complex classes in it."""
+    if table["reading"].n_unique() < 2:
+        return []
+    rows: dict[tuple[str, ...], dict[str, Any]] = {}
+    for row in table.iter_rows(named=True):
+        key = (row["preset"], row["scenario"], row["reward"], row["column"])
+        paper = {name: row[name] for name in ("paper_mean", "paper_spread")}
+        found = rows.setdefault(key, {"key": key, "readings": {}} | paper)
+        found["readings"][row["reading"]] = row
+    return list(rows.values())
 
 
 def _range(evidence: list[dict[str, Any]]) -> str:
