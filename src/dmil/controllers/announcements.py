@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from dmil.controllers.protocol import FloatArray, IntArray, Situation
 from dmil.simulation import Observation
+
+BoolArray = npt.NDArray[np.bool_]
 
 
 class Announcements:
@@ -52,9 +55,34 @@ class Announcements:
         enough to arrive.
         """
         queue = observation.queue_veh
-        rows = np.arange(queue.shape[0])
-        served = self._served[rows, observation.phase]
+        served = self._served_by(observation.phase)
         leaving = np.where(served, np.minimum(queue, self._flow_veh_per_s * self._interval_s), 0.0)
+        inflow = self._inflow_veh(queue, served)
+        ahead: FloatArray = queue - leaving + observation.approaching_veh + inflow
+        return np.floor(ahead + 0.5).astype(np.int32)
+
+    def queue_with_inflow(self, observation: Observation, phases: IntArray) -> IntArray:
+        """Return queue + announced inflow, in whole vehicles: (intersections, movements) (ours).
+
+        What an intersection has to serve until it decides again, whatever it does itself.
+
+        Parameters
+        ----------
+        observation
+            What is seen now.
+        phases: (intersections,) int32
+            What is announced.
+        """
+        queue = observation.queue_veh
+        inflow = self._inflow_veh(queue, self._served_by(phases))
+        full: FloatArray = queue + observation.approaching_veh + inflow
+        return np.floor(full + 0.5).astype(np.int32)
+
+    def _served_by(self, phases: IntArray) -> BoolArray:
+        served: BoolArray = self._served[np.arange(phases.size), phases]
+        return served
+
+    def _inflow_veh(self, queue: IntArray, served: BoolArray) -> FloatArray:
         soon_s = self._in_time_s[self._exit_link]
         arriving: FloatArray = np.where(
             served, np.minimum(queue, self._flow_veh_per_s * soon_s), 0.0
@@ -62,7 +90,6 @@ class Announcements:
         on_link = np.bincount(
             self._exit_link.ravel(), arriving.ravel(), minlength=self._movements.size
         )
-        inflow = (on_link / self._movements)[self._queue_link]
+        inflow: FloatArray = (on_link / self._movements)[self._queue_link]
         inflow[self._queue_link == self._movements.size - 1] = 0.0
-        ahead: FloatArray = queue - leaving + observation.approaching_veh + inflow
-        return np.floor(ahead + 0.5).astype(np.int32)
+        return inflow

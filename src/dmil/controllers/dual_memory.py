@@ -7,8 +7,9 @@ from functools import lru_cache
 from dmil.compilation import kernel
 from dmil.controllers.agents import Agents, classes_of
 from dmil.controllers.choice import explores, uniform_action, unseen_action
+from dmil.controllers.meetings import CHANGE, LONG_ROWS, ROWS, STAGED
 from dmil.controllers.prior import Prior
-from dmil.controllers.protocol import Arrays, MemoryUse
+from dmil.controllers.protocol import Arrays, IntArray, MemoryUse
 from dmil.controllers.settings import DualMemorySettings
 from dmil.controllers.tabular import FIRST_CAPACITY, Step, TabularLearner
 from dmil.memory import (
@@ -16,6 +17,7 @@ from dmil.memory import (
     Admission,
     BestTable,
     DualMemory,
+    Merged,
     Scratch,
     ValueTable,
     admission_of,
@@ -24,12 +26,17 @@ from dmil.memory import (
     bests_of,
     bytes_used,
     find_both,
+    give_best,
+    give_short,
     import_best,
     keep_most_frequent,
     make_admission,
     make_best_table,
     make_scratch,
     make_value_table,
+    merged_best,
+    merged_values,
+    message_bytes,
     pack,
     pack_admission,
     recall,
@@ -37,6 +44,7 @@ from dmil.memory import (
     recalled_value,
     remark,
     remember,
+    rows_in_common,
     unpack_admission,
     unpack_bests,
     unpack_values,
@@ -49,8 +57,8 @@ from dmil.symmetry import Classes, Embedding, embed
 class DualMemoryController(TabularLearner):
     """One agent per intersection, each with a short-term and a long-term memory.
 
-    Differs from the paper: only long-term memories are sent to the central unit ("STM or LTM" in
-    the paper); see docs/paper.md for what the paper leaves open.
+    Differs from the paper: nothing; see docs/paper.md for what it leaves open, such as which memory
+    is sent to the central unit ("STM or LTM").
 
     Parameters
     ----------
@@ -87,10 +95,13 @@ class DualMemoryController(TabularLearner):
             long_term_entries=long_total / agents,
             table_entries=0.0,
             msize=(3 * long_total + int(short.rows.size.dot(actions))) / agents,
-            entries_total=short_total + self._stored_once(long.rows.size),
+            entries_total=short_total
+            + (self._stored_once(long.rows.size) if self._sends_long else long_total),
             bytes_total=bytes_used(short.rows, short[1:])
             + bytes_used(long.rows, long[1:])
             + sum(array.nbytes for array in self.memory.admission[:-1]),
+            messages=self._post.messages,
+            exchanged_bytes=self._post.exchanged_bytes,
         )
 
     def arrays(self) -> Arrays:
@@ -129,6 +140,7 @@ class DualMemoryController(TabularLearner):
         # The arrays may come from a short-term memory of another capacity than ours.
         short = value_table_with_room(short, self.settings.short_capacity)
         self._memory, self._common = self._with_rules(short, long, admission), common
+        self._answers.clear()
 
     def _start(self, network: RoadNetwork, agents: Agents) -> None:
         settings = self.settings
@@ -169,34 +181,88 @@ class DualMemoryController(TabularLearner):
 
     def _take(self, step: Step) -> None:
         # One decision stages at most all that an agent's short-term memory can hold.
-        more, cap = self.memory.short.value.shape[1], self.settings.long_capacity
-        self._make_room(min(more, cap - int(self.memory.long.rows.size.max())) if cap else more)
+        self._make_room_to_stage(self.memory.short.value.shape[1])
         decide_dual_memory(self._classes, self.memory, step, self._scratch)
-        if cap:
+        if self.settings.long_capacity:
             # What one agent has replaced is common no more.
-            for shape, members in enumerate(self.agents.members):
-                untouched = self.memory.admission.untouched[members].min()
-                self._common[shape] = min(self._common[shape], untouched)
+            for shape in range(len(self.agents.members)):
+                self._forget_replaced(shape)
+
+    def _make_room_to_stage(self, more: int) -> None:
+        cap = self.settings.long_capacity
+        self._make_room(min(more, cap - int(self.memory.long.rows.size.max())) if cap else more)
 
     def _make_room(self, more: int) -> None:
         long = best_table_with_room(self.memory.long, more)
         if long is not self.memory.long:
             self._memory = self.memory._replace(long=long)
 
-    def _meet(self) -> None:
-        for shape, members in enumerate(self.agents.members):
-            common = int(self._common[shape])
-            self._make_room(int((self.memory.long.rows.size[members] - common).sum()))
-            average_best(self.memory.long, self._classes, members, common, self._scratch)
+    def _forget_replaced(self, shape: int) -> None:
+        untouched = self.memory.admission.untouched[self.agents.members[shape]].min()
+        self._common[shape] = min(self._common[shape], untouched)
+
+    @property
+    def _sends_long(self) -> bool:
+        return self.settings.sent != "short"
+
+    @property
+    def _sends_short(self) -> bool:
+        return self.settings.sent != "long"
+
+    @property
+    def _sent_rows(self) -> tuple[int, ...]:
+        return (ROWS,) * self._sends_short + (LONG_ROWS,) * self._sends_long
+
+    def _sent_bytes(self, members: IntArray) -> int:
+        memory = self.memory
+        total = message_bytes(memory.short, members) if self._sends_short else 0
+        if self._sends_long:
+            total += message_bytes(memory.long, members)
             if self.settings.long_capacity:
-                keep_most_frequent(
-                    self.memory.long,
-                    self.memory.admission,
-                    self._classes,
-                    members,
-                    self._scratch,
-                )
-            self._common[shape] = self.memory.long.rows.size[members[0]]
+                total += memory.admission.counts[members].nbytes
+        return total
+
+    def _meet(self, shape: int) -> int:
+        members, common = self.agents.members[shape], int(self._common[shape])
+        merged = Merged(self._merged_short(members))
+        if self._sends_long:
+            self._make_room(int((self.memory.long.rows.size[members] - common).sum()))
+            long, admission = self.memory.long, self.memory.admission
+            average_best(long, self._classes, members, common, self._scratch)
+            if admission.capacity:
+                keep_most_frequent(long, admission, self._classes, members, self._scratch)
+            self._common[shape] = long.rows.size[members[0]]
+        self._take_over(shape, merged, members)
+        return merged.size_bytes + self._sends_long * message_bytes(self.memory.long, members[:1])
+
+    def _merge(self, shape: int, heard: IntArray) -> Merged:
+        long, admission = self.memory.long, self.memory.admission
+        best = None
+        if self._sends_long:
+            common = int(self._common[shape])
+            best = merged_best(long, self._classes, heard, common, self._scratch, admission)
+        return Merged(self._merged_short(heard), best)
+
+    def _merged_short(self, heard: IntArray) -> ValueTable | None:
+        if not self._sends_short:
+            return None
+        return merged_values(self.memory.short, self._classes, heard, 0, self._scratch)
+
+    def _take_over(self, shape: int, merged: Merged, reached: IntArray) -> None:
+        given = self._classes, shape, reached, self._scratch
+        if merged.best is not None:
+            self._make_room_to_stage(int(merged.best.rows.size[0]))
+            give_best(self.memory, merged.best, *given)
+            members = self.agents.members[shape]
+            self._common[shape] = rows_in_common(self.memory.long.rows, members)
+            if self.settings.long_capacity:
+                self.memory.admission.untouched[members] = self.settings.long_capacity
+        if merged.values is not None:
+            most = merged.values.rows.size[0] + self.memory.short.rows.size.max()
+            self._make_room_to_stage(int(most))
+            give_short(self.memory, merged.values, *given)
+            if self.settings.long_capacity:
+                self._forget_replaced(shape)
 
 
 def _part(arrays: Arrays, name: str) -> Arrays:
@@ -273,6 +339,12 @@ def decide_dual_memory(classes: Classes, memory: DualMemory, step: Step, scratch
         following = recalled_value(memory, classes, agent, shape, found, action)
         last = step.action_before[agent]
         found = find_both(memory, classes, agent, shape, key_before, scratch)
-        value = recalled_value(memory, classes, agent, shape, found, last)
-        value += step.learning_rate * (step.reward[agent] + step.discount * following - value)
-        remember(memory, classes, agent, shape, key_before, found, last, value, scratch)
+        before = recalled_value(memory, classes, agent, shape, found, last)
+        error = step.reward[agent] + step.discount * following - before
+        value = before + step.learning_rate * error
+        new = remember(memory, classes, agent, shape, key_before, found, last, value, scratch)
+        step.news[agent, ROWS] += found.short_row == ABSENT
+        step.news[agent, LONG_ROWS] += new
+        step.news[agent, CHANGE] += abs(value - before)
+        # Staging is what empties short-term memory.
+        step.news[agent, STAGED] += memory.short.rows.size[agent] == 0

@@ -88,6 +88,11 @@ class MemoryUse:
         that all have since they last met the central unit.
     bytes_total: int
         Memory of these entries and the index over them, all agents together.
+    messages: int
+        Messages between agents and the central unit since the run began, both ways, with those
+        that were lost.
+    exchanged_bytes: int
+        Bytes of the rows in these messages.
     """
 
     short_term_entries: float
@@ -96,6 +101,8 @@ class MemoryUse:
     msize: float
     entries_total: int
     bytes_total: int
+    messages: int = 0
+    exchanged_bytes: int = 0
 
     @property
     def entries(self) -> float:

@@ -9,22 +9,28 @@ import numpy as np
 from dmil.compilation import kernel
 from dmil.controllers.agents import Agents, classes_of
 from dmil.controllers.choice import explores, greedy_action, uniform_action, unseen_action
+from dmil.controllers.meetings import CHANGE, ROWS
 from dmil.controllers.prior import Prior
 from dmil.controllers.protocol import Arrays, IntArray, MemoryUse
 from dmil.controllers.settings import SarsaSettings
 from dmil.controllers.tabular import FIRST_CAPACITY, Step, TabularLearner
 from dmil.memory import (
     ABSENT,
+    Merged,
     Scratch,
     ValueTable,
     average_values,
     bytes_used,
+    give_values,
     import_values,
     look_up,
     look_up_nearest,
     make_scratch,
     make_value_table,
+    merged_values,
+    message_bytes,
     pack,
+    rows_in_common,
     unpack_values,
     value_table_with_room,
     values_of,
@@ -81,6 +87,8 @@ class SarsaController(TabularLearner):
             msize=int(entries.dot(actions)) / entries.size,
             entries_total=int(sizes.sum()) if self.settings.shared else self._stored_once(sizes),
             bytes_total=bytes_used(table.rows, table[1:]),
+            messages=self._post.messages,
+            exchanged_bytes=self._post.exchanged_bytes,
         )
 
     def arrays(self) -> Arrays:
@@ -100,6 +108,7 @@ class SarsaController(TabularLearner):
         if not self.settings.shared:
             self._check_common(common, table.rows)
         self._table, self._common = table, common
+        self._answers.clear()
 
     def _fits(self, known: Agents, agents: Agents) -> bool:
         # Tables that agents of one shape share do not depend on how many agents there are.
@@ -123,16 +132,31 @@ class SarsaController(TabularLearner):
         self._table = value_table_with_room(self.table, agents if self.settings.shared else 1)
         decide_sarsa(self._classes, self._table, self._owner, step, self._scratch)
 
-    def _meet(self) -> None:
-        if self.settings.shared:
-            return
-        table = self.table
-        for shape, members in enumerate(self.agents.members):
-            common = int(self._common[shape])
-            table = value_table_with_room(table, int((table.rows.size[members] - common).sum()))
-            average_values(table, self._classes, members, common, self._scratch)
-            self._common[shape] = table.rows.size[members[0]]
-        self._table = table
+    @property
+    def _communicates(self) -> bool:
+        # Who shares a table has nothing to tell another.
+        return super()._communicates and not self.settings.shared
+
+    def _sent_bytes(self, members: IntArray) -> int:
+        return message_bytes(self.table, members)
+
+    def _meet(self, shape: int) -> int:
+        members, common = self.agents.members[shape], int(self._common[shape])
+        more = int((self.table.rows.size[members] - common).sum())
+        self._table = table = value_table_with_room(self.table, more)
+        average_values(table, self._classes, members, common, self._scratch)
+        self._common[shape] = table.rows.size[members[0]]
+        return message_bytes(table, members[:1])
+
+    def _merge(self, shape: int, heard: IntArray) -> Merged:
+        common = int(self._common[shape])
+        return Merged(merged_values(self.table, self._classes, heard, common, self._scratch))
+
+    def _take_over(self, shape: int, merged: Merged, reached: IntArray) -> None:
+        assert merged.values is not None, "tables of values are what was sent"
+        self._table = table = value_table_with_room(self.table, int(merged.values.rows.size[0]))
+        give_values(table, merged.values, self._classes, shape, reached, self._scratch)
+        self._common[shape] = rows_in_common(table.rows, self.agents.members[shape])
 
 
 @lru_cache(maxsize=16)
@@ -206,5 +230,9 @@ def decide_sarsa(
         value = 0.0
         if row != ABSENT:
             value = table.value[mine, row, classes.phase_image[shape, variant, last]]
+        else:
+            step.news[agent, ROWS] += 1.0
+        before = value
         value += step.learning_rate * (step.reward[agent] + step.discount * following - value)
+        step.news[agent, CHANGE] += abs(value - before)
         write_found(table, classes, mine, shape, key_before, row, variant, last, value)

@@ -85,6 +85,43 @@ class LearnerSettings(BaseModel):
     communication_period_s: int = Field(
         default=100, ge=1, description="T: time between two meetings with the central unit [A]."
     )
+    trigger: Literal["period", "entries", "values", "staging"] = Field(
+        default="period",
+        description="What makes the agents of a shape meet the central unit: a period of T [P], "
+        "new entries, changes of values, or staging (ours; the paper's future work).",
+    )
+    trigger_entries: float = Field(
+        default=8.0,
+        gt=0,
+        allow_inf_nan=False,
+        description="Trigger entries: new entries since the last meeting in the memory that is "
+        "sent, mean over the agents (ours).",
+    )
+    trigger_change: float = Field(
+        default=20.0,
+        gt=0,
+        allow_inf_nan=False,
+        description="Trigger values: |ΔQ| of all writes since the last meeting added up, mean over "
+        "the agents; it has the unit of the reward (ours).",
+    )
+    communication_delay_s: int = Field(
+        default=0,
+        ge=0,
+        description="Time from a meeting until the central unit's answer arrives; the next meeting "
+        "waits for it (ours; the paper's future work).",
+    )
+    message_loss: float = Field(
+        default=0.0,
+        ge=0,
+        lt=1,
+        description="Chance that a message to the central unit, or its answer to an agent, is lost "
+        "(ours).",
+    )
+    announced: bool = Field(
+        default=False,
+        description="Whether states also count the vehicles that approach and those that "
+        "neighbours announce (ours; the paper's future work).",
+    )
     learning: bool = Field(
         default=True, description="Whether the memory changes; off for a frozen evaluation."
     )
@@ -98,6 +135,11 @@ class LearnerSettings(BaseModel):
 class SarsaSettings(LearnerSettings):
     """The non-memory agent (paper, §IV-C)."""
 
+    trigger: Literal["period", "entries", "values"] = Field(
+        default="period",
+        description="What makes the agents of a shape meet the central unit: a period of T [P], "
+        "new entries, or changes of values (ours; the paper's future work).",
+    )
     shared: bool = Field(
         default=False,
         description="One table for all agents of a shape, as in the training phase [A].",
@@ -111,6 +153,18 @@ class DualMemorySettings(LearnerSettings):
         default="complex", description="How states share entries: a named embedding."
     )
     epsilon: float = Field(default=0.4, ge=0, le=1, description="Chance of a random action, ε [P].")
+    sent: Literal["long", "short", "both"] = Field(
+        default="long",
+        description="Which memory agents send to the central unit [A]; short-term rows come back "
+        "as if they were learned then.",
+    )
+    trigger_share: float = Field(
+        default=0.5,
+        gt=0,
+        le=1,
+        description="Trigger staging: part of the agents that have staged since the last meeting "
+        "(ours).",
+    )
     short_capacity: int = Field(
         default=16, ge=1, description="m_s: rows of short-term memory, which stages when full [A]."
     )

@@ -9,14 +9,15 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.controllers.agents import Agents, agents_of, classes_of
+from dmil.controllers.announcements import Announcements
 from dmil.controllers.choice import DRAWS
-from dmil.controllers.meetings import Meetings
+from dmil.controllers.meetings import NEWS, ROWS, Answer, Meetings, Post
 from dmil.controllers.merits import PhaseChoice
 from dmil.controllers.prior import Prior
 from dmil.controllers.protocol import Arrays, FloatArray, IntArray, Situation
 from dmil.controllers.settings import LearnerSettings
 from dmil.errors import PolicyError
-from dmil.memory import ABSENT, Rows, make_scratch
+from dmil.memory import ABSENT, Merged, Rows, make_scratch
 from dmil.network import RoadNetwork
 from dmil.simulation import Observation
 from dmil.symmetry import Classes, embedding
@@ -31,7 +32,7 @@ class Step(NamedTuple):
     Attributes
     ----------
     state: (agents, orientations) int32
-        Vehicles queued now.
+        Vehicles queued now, or with those that are announced.
     key_before, key: (agents, orientations) int32
         Key at the last decision; key now, filled in place.
     action_before, action: (agents,) int32
@@ -47,6 +48,8 @@ class Step(NamedTuple):
     epsilon, learning_rate, discount: float
     learns: bool
         Whether there is a last action to learn from.
+    news: (agents, 4) float64
+        What was stored since the agents last met, added up in place; see `meetings.ROWS`.
     found_in: (4,) int64
         How often a state was found where, counted in place; see `TabularLearner.FOUND_IN`.
     """
@@ -64,6 +67,7 @@ class Step(NamedTuple):
     learning_rate: float
     discount: float
     learns: bool
+    news: FloatArray
     found_in: npt.NDArray[np.int64]
 
 
@@ -115,13 +119,18 @@ class TabularLearner(ABC):
         self._classes = classes_of(network, self._embedding)
         self._scratch = make_scratch(self._classes)
         self._rng, self._epsilon = situation.rng, self.settings.epsilon
-        self._meetings = Meetings(self.settings)
+        self._meetings = Meetings(self.settings, len(agents.signatures), self._sent_rows)
+        self._post = Post(self.settings.message_loss * self._communicates, situation.rng)
+        # What is under way at the end of a run is lost.
+        self._answers: dict[int, Answer] = {}
+        self._announcements = Announcements(situation) if self.settings.announced else None
         self._longest_queue = None
         if self.settings.unseen == "longest-queue":
             self._longest_queue = PhaseChoice(network, situation.timing, hysteresis=0.0)
         count, places = len(network.intersections), self._classes.orientation_image.shape[2]
         self._key, self._key_before = np.zeros((2, count, places), np.int32)
         self._action = np.zeros(count, np.int32)
+        self._news = np.zeros((count, NEWS))
         if is_new:
             check_prior(self._prior, self._classes, network)
             self._start(network, agents)
@@ -129,8 +138,10 @@ class TabularLearner(ABC):
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Choose ε-greedily, learn from the last choice, meet the central unit when it is time."""
         settings, count = self.settings, self._action.size
+        if self._answers:
+            self._receive(observation.time_s)
         step = Step(
-            state=observation.queue_veh,
+            state=self._state(observation),
             key_before=self._key,
             key=self._key_before,
             action_before=self._action,
@@ -143,14 +154,64 @@ class TabularLearner(ABC):
             learning_rate=settings.learning_rate,
             discount=settings.discount,
             learns=settings.learning and reward is not None,
+            news=self._news,
             found_in=self._found_in,
         )
         self._take(step)
         self._key_before, self._key, self._action = step.key_before, step.key, step.action
         self._epsilon *= settings.epsilon_decay
-        if settings.learning and self._meetings.due(observation.time_s):
-            self._meet()
+        if self._communicates:
+            self._communicate(observation.time_s)
         return step.action
+
+    def _state(self, observation: Observation) -> IntArray:
+        """Return what is looked up and learned on: queues, or with those who will join them."""
+        if self._announcements is None:
+            return observation.queue_veh
+        return self._announcements.queue_with_inflow(observation, observation.phase)
+
+    @property
+    def _communicates(self) -> bool:
+        """Whether agents meet the central unit at all: whoever is frozen has nothing to tell."""
+        return self.settings.communication and self.settings.learning
+
+    @property
+    def _sent_rows(self) -> tuple[int, ...]:
+        """Columns of the news that count new rows of what is sent."""
+        return (ROWS,)
+
+    def _communicate(self, time_s: int) -> None:
+        """Let the agents of every shape send their memories, if they have reason to.
+
+        While an answer is under way their next meeting waits.
+        """
+        post, delay_s = self._post, self.settings.communication_delay_s
+        for shape, members in enumerate(self.agents.members):
+            if shape in self._answers:
+                continue
+            if not self._meetings.due(shape, time_s, self._news[members]):
+                continue
+            self._news[members] = 0.0
+            heard, reached = post.arrived(members)
+            post.count(members.size, self._sent_bytes(members))
+            if not delay_s and heard.size == reached.size == members.size:
+                answer_bytes = self._meet(shape)
+            elif heard.size:
+                merged = self._merge(shape, heard)
+                answer_bytes = merged.size_bytes
+                self._answers[shape] = Answer(time_s + delay_s, merged, reached)
+            else:
+                continue
+            post.count(members.size, members.size * answer_bytes)
+        if not delay_s:
+            self._receive(time_s)
+
+    def _receive(self, time_s: int) -> None:
+        """Take over the answers that have arrived."""
+        for shape, answer in list(self._answers.items()):
+            if answer.due_s <= time_s:
+                del self._answers[shape]
+                self._take_over(shape, answer.merged, answer.reached)
 
     def lookups(self) -> dict[str, int]:
         """Return how often the state at a decision was found where, since this was made."""
@@ -241,8 +302,20 @@ class TabularLearner(ABC):
         """Take one decision: choose, and learn from the last choice."""
 
     @abstractmethod
-    def _meet(self) -> None:
-        """Send the memories to the central unit and take over what it returns."""
+    def _sent_bytes(self, members: IntArray) -> int:
+        """Return the bytes of what some agents send to the central unit, all together."""
+
+    @abstractmethod
+    def _meet(self, shape: int) -> int:
+        """Give all agents of a shape the average of their memories; return the bytes of it."""
+
+    @abstractmethod
+    def _merge(self, shape: int, heard: IntArray) -> Merged:
+        """Return the average of the memories of some agents of a shape."""
+
+    @abstractmethod
+    def _take_over(self, shape: int, merged: Merged, reached: IntArray) -> None:
+        """Give some agents of a shape what `_merge` returned; what it lacks they keep."""
 
 
 def check_prior(prior: Prior | None, classes: Classes, network: RoadNetwork) -> None:

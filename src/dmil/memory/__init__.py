@@ -11,7 +11,19 @@ from dmil.memory.admission import (
     record,
     remark,
 )
-from dmil.memory.central import average_best, average_values, keep_most_frequent
+from dmil.memory.answers import (
+    Merged,
+    give_best,
+    give_short,
+    give_values,
+    merged_best,
+    merged_values,
+    message_bytes,
+    rows_in_common,
+    take_over_best,
+    take_over_values,
+)
+from dmil.memory.central import average_best, average_values, cut_to_cap, keep_most_frequent
 from dmil.memory.dual import (
     DualMemory,
     Found,
@@ -31,7 +43,7 @@ from dmil.memory.packing import (
     unpack_values,
 )
 from dmil.memory.rows import ABSENT, Rows, append, clear, find, make_rows, replace
-from dmil.memory.staging import consolidate, remember, stage
+from dmil.memory.staging import consolidate, remember, stage, take_in
 from dmil.memory.tables import (
     BestTable,
     Scratch,
@@ -57,6 +69,7 @@ __all__ = [
     "BestTable",
     "DualMemory",
     "Found",
+    "Merged",
     "Rows",
     "Scratch",
     "ValueTable",
@@ -71,9 +84,13 @@ __all__ = [
     "bytes_used",
     "clear",
     "consolidate",
+    "cut_to_cap",
     "find",
     "find_both",
     "frequency",
+    "give_best",
+    "give_short",
+    "give_values",
     "import_best",
     "import_values",
     "keep_most_frequent",
@@ -85,6 +102,9 @@ __all__ = [
     "make_scratch",
     "make_value_table",
     "mark_of",
+    "merged_best",
+    "merged_values",
+    "message_bytes",
     "pack",
     "pack_admission",
     "recall",
@@ -94,8 +114,12 @@ __all__ = [
     "remark",
     "remember",
     "replace",
+    "rows_in_common",
     "significantly_better",
     "stage",
+    "take_in",
+    "take_over_best",
+    "take_over_values",
     "unpack_admission",
     "unpack_bests",
     "unpack_values",

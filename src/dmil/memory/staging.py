@@ -5,11 +5,12 @@ from __future__ import annotations
 from dmil.compilation import kernel
 from dmil.memory.admission import Admission, admit, mark_of, record
 from dmil.memory.dual import DualMemory, Found, best_compared, significantly_better
-from dmil.memory.rows import ABSENT
+from dmil.memory.rows import ABSENT, append
 from dmil.memory.tables import (
     BestTable,
     IntArray,
     Scratch,
+    ValueTable,
     clear_values,
     forget_values,
     look_up,
@@ -29,17 +30,65 @@ def remember(
     action: int,
     value: float,
     scratch: Scratch,
-) -> None:
+) -> int:
     """Insert into short-term memory; stage if it is full (Algorithm 1).
 
-    With a stage period the memory stages when the writes since the last staging reach it. The
-    counts of visits add up to just those writes, because staging empties the memory.
+    Returns
+    -------
+    new: int
+        Classes that long-term memory did not have before.
     """
     row, variant = found.short_row, found.short_variant
     write_found(memory.short, classes, owner, shape, key, row, variant, action, value)
     if memory.admission.capacity > 0:
         mark = mark_of(classes, shape, key, memory.long.rows.tolerance, scratch)
         record(memory.admission, owner, mark)
+    return stage_when_due(memory, classes, owner, shape, scratch)
+
+
+@kernel
+def take_in(
+    memory: DualMemory,
+    table: ValueTable,
+    classes: Classes,
+    owner: int,
+    shape: int,
+    scratch: Scratch,
+) -> None:
+    """Replace short-term memory by rows that enter as if learned now, oldest first (ours).
+
+    So a table larger than short-term memory is staged part by part. A row counts as visited as
+    often as the table says, once if it says never.
+
+    Parameters
+    ----------
+    memory
+        Memories of all owners; long-term memory has room for all rows of the table.
+    table
+        Table of one owner; no key is in the class of an older one.
+    classes, owner, shape, scratch
+        See `remember`.
+    """
+    short = memory.short
+    clear_values(short, owner)
+    for row in range(table.rows.size[0]):
+        entered = append(short.rows, owner, table.rows.keys[0, row])
+        for action in range(short.value.shape[2]):
+            short.value[owner, entered, action] = table.value[0, row, action]
+            short.tried[owner, entered, action] = table.tried[0, row, action]
+        short.visits[owner, entered] = max(1, table.visits[0, row])
+        stage_when_due(memory, classes, owner, shape, scratch)
+
+
+@kernel
+def stage_when_due(
+    memory: DualMemory, classes: Classes, owner: int, shape: int, scratch: Scratch
+) -> int:
+    """Stage if short-term memory is full or its period is over; return the new classes.
+
+    With a stage period the memory stages when the writes since the last staging reach it. The
+    counts of visits add up to just those writes, because staging empties the memory.
+    """
     size = memory.short.rows.size[owner]
     due = size >= memory.short_capacity
     if memory.stage_period > 0:
@@ -47,13 +96,19 @@ def remember(
         for row in range(size):
             writes += memory.short.visits[owner, row]
         due = due or writes >= memory.stage_period
-    if due:
-        stage(memory, classes, owner, shape, scratch)
+    return stage(memory, classes, owner, shape, scratch) if due else 0
 
 
 @kernel
-def stage(memory: DualMemory, classes: Classes, owner: int, shape: int, scratch: Scratch) -> None:
-    """Move the best part of short-term memory to long-term memory and empty it (Algorithm 1)."""
+def stage(memory: DualMemory, classes: Classes, owner: int, shape: int, scratch: Scratch) -> int:
+    """Move the best part of short-term memory to long-term memory and empty it (Algorithm 1).
+
+    Returns
+    -------
+    new: int
+        Classes that long-term memory did not have before.
+    """
+    new = 0
     short = memory.short
     size = short.rows.size[owner]
     # 1e-9: κ·m_s in floats may exceed a whole number by a rounding error.
@@ -71,7 +126,7 @@ def stage(memory: DualMemory, classes: Classes, owner: int, shape: int, scratch:
                 chosen, chosen_action, chosen_merit = row, action, merit
         if chosen == ABSENT:
             break
-        consolidate(
+        new += consolidate(
             memory.long,
             memory.admission,
             classes,
@@ -86,6 +141,7 @@ def stage(memory: DualMemory, classes: Classes, owner: int, shape: int, scratch:
         # A row without tried actions is not chosen again.
         forget_values(short, owner, chosen)
     clear_values(short, owner)
+    return new
 
 
 @kernel
@@ -112,20 +168,24 @@ def consolidate(
     value: float,
     significance: float,
     scratch: Scratch,
-) -> None:
+) -> bool:
     """Insert one staged row into long-term memory (Algorithm 2).
 
     A new class is stored, if there is room or a less frequent one makes way; a known one is
     replaced only by a significantly better Q.
+
+    Returns
+    -------
+    new: bool
+        Whether a new class was stored.
     """
     row, variant = look_up(long.rows, classes, owner, shape, key, scratch)
-    if row == ABSENT:
+    new = row == ABSENT
+    if new:
         row = admit(long.rows, admission, classes, owner, shape, key, scratch)
         if row == ABSENT:
-            return
-        better = True
-    else:
-        better = significantly_better(value, long.value[owner, row], significance)
-    if better:
+            return False
+    if new or significantly_better(value, long.value[owner, row], significance):
         long.action[owner, row] = classes.phase_image[shape, variant, action]
         long.value[owner, row] = value
+    return bool(new)

@@ -10,7 +10,7 @@ from dmil.controllers import MemoryController, Prior, Situation, make_controller
 from dmil.controllers.agents import agents_of
 from dmil.controllers.choice import explores, greedy_action, uniform_action
 from dmil.controllers.dual_memory import DualMemoryController
-from dmil.controllers.meetings import Meetings
+from dmil.controllers.meetings import NEWS, ROWS, Meetings
 from dmil.controllers.sarsa import SarsaController
 from dmil.controllers.settings import DualMemorySettings, LearnerSettings, SarsaSettings
 from dmil.errors import PolicyError
@@ -271,13 +271,12 @@ def test_choices_from_draws():
 
 def test_agents_meet_once_per_period():
     def times(interval_s, **options):
-        meetings = Meetings(LearnerSettings(**options))
-        return [t for t in range(0, 500, interval_s) if meetings.due(t)]
+        meetings = Meetings(LearnerSettings(**options), 1, (ROWS,))
+        return [t for t in range(0, 500, interval_s) if meetings.due(0, t, np.zeros((2, NEWS)))]
 
-    assert times(10) == []
-    assert times(10, communication=True) == [100, 200, 300, 400]
-    assert times(10, communication=True, communication_period_s=5) == list(range(10, 500, 10))
-    assert times(70, communication=True) == [140, 210, 350, 420]
+    assert times(10) == [100, 200, 300, 400]
+    assert times(10, communication_period_s=5) == list(range(10, 500, 10))
+    assert times(70) == [140, 210, 350, 420]
 
 
 @pytest.mark.parametrize(
@@ -324,7 +323,7 @@ def test_rows_shared_through_the_central_unit_count_once(name):
         make_reward("entropy"),
         stream(0, "x"),
     )
-    controller._meet()
+    controller._meet(0)
     use = controller.memory_use()
     per_agent = use.table_entries + use.long_term_entries
     assert per_agent > 1

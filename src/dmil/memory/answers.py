@@ -1,0 +1,284 @@
+"""What the central unit answers where messages are late or lost, and how it is taken over (ours).
+
+The answer is a merge in tables of its own. Whoever it reaches puts it in the place of its memory,
+and behind it what the answer lacks: what was stored since, or what never arrived.
+"""
+
+from __future__ import annotations
+
+from math import prod
+from typing import NamedTuple
+
+import numpy as np
+
+from dmil.compilation import kernel
+from dmil.memory.admission import NO_CAP, Admission, admit, mark_of
+from dmil.memory.central import cut_to_cap, merge_best, merge_values
+from dmil.memory.dual import DualMemory
+from dmil.memory.rows import ABSENT, Rows, append, clear
+from dmil.memory.staging import take_in
+from dmil.memory.tables import (
+    BestTable,
+    IntArray,
+    Scratch,
+    ValueTable,
+    bests_of,
+    clear_values,
+    look_up,
+    look_up_or_append,
+    make_value_table,
+    values_of,
+)
+from dmil.symmetry import Classes
+
+NOT_SENT = ("rows", "visits")
+"""Fields of a table that are no columns of a message: visits stay each agent's own."""
+ALONE = np.zeros(1, np.int32)
+"""The owner of a table of one owner."""
+
+
+class Merged(NamedTuple):
+    """The central unit's answer: tables of one owner.
+
+    Attributes
+    ----------
+    values: ValueTable or None
+        Q-table or short-term memory; None if these are not sent.
+    best: BestTable or None
+        Long-term memory; None if these are not sent.
+    """
+
+    values: ValueTable | None = None
+    best: BestTable | None = None
+
+    @property
+    def size_bytes(self) -> int:
+        """Bytes of the message to one agent."""
+        return sum(message_bytes(table, ALONE) for table in self if table is not None)
+
+
+def rows_in_common(rows: Rows, members: IntArray) -> int:
+    """Return how many leading rows of all members have the same keys (ours).
+
+    Parameters
+    ----------
+    rows
+        Keyed rows of all agents.
+    members: (members,) int32
+    """
+    least = int(rows.size[members].min())
+    keys = rows.keys[members, :least]
+    same = (keys == keys[:1]).all(axis=(0, 2))
+    return least if same.all() else int(same.argmin())
+
+
+def message_bytes(table: ValueTable | BestTable, owners: IntArray) -> int:
+    """Return the bytes of the rows that some owners send, all together (ours).
+
+    Of a table of values these are keys, Q of all actions and which were tried; of long-term memory
+    keys, actions and Q.
+
+    Parameters
+    ----------
+    table
+        Memories of all agents.
+    owners: (owners,) int
+    """
+    columns = [table.rows.keys]
+    columns += [array for name, array in table._asdict().items() if name not in NOT_SENT]
+    row_bytes = sum(array.itemsize * prod(array.shape[2:]) for array in columns)
+    return int(table.rows.size[owners].sum()) * row_bytes
+
+
+def merged_values(
+    table: ValueTable, classes: Classes, heard: IntArray, common: int, scratch: Scratch
+) -> ValueTable:
+    """Return what `merge_values` makes of the tables of some agents, and leave these as they are.
+
+    Parameters
+    ----------
+    table
+        Memories of all agents.
+    classes
+        The embedding.
+    heard: (agents,) int32
+        Whose memories arrived; at least one.
+    common: int
+        How many leading rows have the same keys for all of them.
+    scratch
+        Working space.
+    """
+    goal = values_of(table, heard[:1], _room(table.rows, heard, common))
+    merge_values(table, classes, heard, common, goal, 0, scratch)
+    return goal
+
+
+def merged_best(
+    table: BestTable,
+    classes: Classes,
+    heard: IntArray,
+    common: int,
+    scratch: Scratch,
+    admission: Admission = NO_CAP,
+) -> BestTable:
+    """Do for long-term memories what `merged_values` does; a cap cuts the merge (ours)."""
+    goal = bests_of(table, heard[:1], _room(table.rows, heard, common))
+    merge_best(table, classes, heard, common, goal, 0, scratch)
+    if admission.capacity:
+        cut_to_cap(goal, 0, admission, classes, heard, scratch)
+    return goal
+
+
+def _room(rows: Rows, heard: IntArray, common: int) -> int:
+    return max(int(rows.size.max()), common + int((rows.size[heard] - common).sum()))
+
+
+def give_values(
+    table: ValueTable,
+    merged: ValueTable,
+    classes: Classes,
+    shape: int,
+    reached: IntArray,
+    scratch: Scratch,
+) -> None:
+    """Let some agents take a merged table over; see `take_over_values`.
+
+    Parameters
+    ----------
+    table
+        Memories of all agents; room for the rows of the merged one beside the most of an agent.
+    merged
+        Table of one owner.
+    classes
+        The embedding.
+    shape: int
+        Shape of the agents.
+    reached: (agents,) int32
+        Whom it reached.
+    scratch
+        Working space.
+    """
+    for agent in reached:
+        mine = values_of(table, np.array([agent]), int(table.rows.size.max()))
+        take_over_values(table, agent, mine, merged, classes, shape, scratch)
+
+
+def give_best(
+    memory: DualMemory,
+    merged: BestTable,
+    classes: Classes,
+    shape: int,
+    reached: IntArray,
+    scratch: Scratch,
+) -> None:
+    """Let some agents take a merged long-term memory over; see `give_values`."""
+    long = memory.long
+    for agent in reached:
+        mine = bests_of(long, np.array([agent]), int(long.rows.size.max()))
+        take_over_best(long, agent, mine, merged, memory.admission, classes, shape, scratch)
+
+
+def give_short(
+    memory: DualMemory,
+    merged: ValueTable,
+    classes: Classes,
+    shape: int,
+    reached: IntArray,
+    scratch: Scratch,
+) -> None:
+    """Let a merged short-term memory, and what it lacks, enter that of some agents (ours).
+
+    Rows enter as if they were learned now, oldest first, so that short-term memory stages whenever
+    it is full: agents that had sent all they have end up with the same one. Parameters are those
+    of `give_values`; long-term memory has room for the rows of both tables.
+    """
+    short = memory.short
+    most = int(merged.rows.size[0] + short.rows.size.max())
+    places, actions = short.rows.keys.shape[2], short.value.shape[2]
+    for agent in reached:
+        mine = values_of(short, np.array([agent]), int(short.rows.size.max()))
+        both = make_value_table(1, most, places, actions, short.rows.tolerance)
+        take_over_values(both, 0, mine, merged, classes, shape, scratch)
+        take_in(memory, both, classes, agent, shape, scratch)
+
+
+@kernel
+def take_over_values(
+    table: ValueTable,
+    owner: int,
+    mine: ValueTable,
+    answer: ValueTable,
+    classes: Classes,
+    shape: int,
+    scratch: Scratch,
+) -> None:
+    """Make a table the central unit's answer, and behind it what the answer lacks (ours).
+
+    A class and action that the answer has get its value; classes and actions that it lacks keep
+    theirs. Every row keeps the number of its own visits.
+
+    Parameters
+    ----------
+    table, owner
+        What is replaced; room for all rows of both.
+    mine, answer
+        Tables of one owner: what ``owner`` had until now, and what the central unit sent.
+    classes
+        The embedding.
+    shape: int
+        The owner's shape.
+    scratch
+        Working space.
+    """
+    clear_values(table, owner)
+    answered = answer.rows.size[0]
+    for row in range(answered):
+        append(table.rows, owner, answer.rows.keys[0, row])
+        for action in range(table.value.shape[2]):
+            table.value[owner, row, action] = answer.value[0, row, action]
+            table.tried[owner, row, action] = answer.tried[0, row, action]
+    for row in range(mine.rows.size[0]):
+        place, variant = look_up_or_append(
+            table.rows, classes, owner, shape, mine.rows.keys[0, row], scratch
+        )
+        for action in range(classes.phase_count[shape]):
+            equivalent = classes.phase_image[shape, variant, action]
+            told = place < answered and answer.tried[0, place, equivalent]
+            if mine.tried[0, row, action] and not told:
+                table.value[owner, place, equivalent] = mine.value[0, row, action]
+                table.tried[owner, place, equivalent] = True
+        table.visits[owner, place] += mine.visits[0, row]
+
+
+@kernel
+def take_over_best(
+    table: BestTable,
+    owner: int,
+    mine: BestTable,
+    answer: BestTable,
+    admission: Admission,
+    classes: Classes,
+    shape: int,
+    scratch: Scratch,
+) -> None:
+    """Do for a long-term memory what `take_over_values` does for a table of values (ours).
+
+    A class that the answer has gets its action and Q. Under a cap what it lacks is admitted as if
+    it were staged.
+    """
+    clear(table.rows, owner)
+    for row in range(answer.rows.size[0]):
+        key = answer.rows.keys[0, row]
+        append(table.rows, owner, key)
+        table.action[owner, row] = answer.action[0, row]
+        table.value[owner, row] = answer.value[0, row]
+        if admission.capacity > 0:
+            mark = mark_of(classes, shape, key, table.rows.tolerance, scratch)
+            admission.mark[owner, row] = mark
+    for row in range(mine.rows.size[0]):
+        key = mine.rows.keys[0, row]
+        if look_up(answer.rows, classes, 0, shape, key, scratch)[0] == ABSENT:
+            place = admit(table.rows, admission, classes, owner, shape, key, scratch)
+            if place != ABSENT:
+                table.action[owner, place] = mine.action[0, row]
+                table.value[owner, place] = mine.value[0, row]
