@@ -20,10 +20,10 @@ from tests.differential.test_learners import (
     SarsaTwin,
     best_of,
     copied,
-    mean,
     pick,
     sizes_of,
     table_of,
+    union_of_bests,
 )
 from tests.differential.test_memory_admission import PlainAdmission
 
@@ -135,11 +135,15 @@ class CappedTwin(WithFallback, DualTwin):
         return image.index(self.long[i][row]["a"])
 
     def learn(self, i, classes, key, action, value):
-        short, settings = self.short[i], self.settings
+        short = self.short[i]
         self.long[i].admission.record(self.padded(classes, key))
         row, image = classes.find_or_append(short, key, {"q": {}, "n": 0})
         row["q"] = {**row["q"], image[action]: value}
         row["n"] += 1
+        self.stage_when_due(i, classes)
+
+    def stage_when_due(self, i, classes):
+        short, settings = self.short[i], self.settings
         if len(short) < settings.short_capacity:
             return
         staged = []
@@ -176,27 +180,24 @@ class CappedTwin(WithFallback, DualTwin):
             self.refused += 1
 
     def meet(self, classes, members):
-        union = []
+        union = self.cut_union(classes, members)
         for member in members:
-            for row in self.long[member]:
-                goal, image = classes.find_or_append(union, row["key"], {"votes": None})
-                goal["votes"] = goal["votes"] or {}
-                goal["votes"].setdefault(image[row["a"]], []).append(row["q"])
-        for row in union:
-            means = {action: mean(votes) for action, votes in row.pop("votes").items()}
-            row["a"] = best_of(means)
-            row["q"] = means[row["a"]]
+            self.take(member, union)
+
+    def take(self, member, union):
+        admission, classes = self.long[member].admission, self.classes[self.shape[member]]
+        admission.keys = [self.padded(classes, row["key"]) for row in union]
+        self.long[member] = Capped(copied(union), admission)
+
+    def cut_union(self, classes, members):
+        union = union_of_bests(classes, [self.long[member] for member in members])
 
         def met(row):
             key = self.padded(classes, union[row]["key"])
             return sum(self.long[member].admission.frequency(key) for member in members)
 
         kept = sorted(range(len(union)), key=lambda row: -met(row))[: self.settings.long_capacity]
-        union = [union[row] for row in sorted(kept)]
-        for member in members:
-            admission = self.long[member].admission
-            admission.keys = [self.padded(classes, row["key"]) for row in union]
-            self.long[member] = Capped(copied(union), admission)
+        return [union[row] for row in sorted(kept)]
 
 
 FEW = {"complex": 2}

@@ -103,15 +103,7 @@ class SarsaTwin(Twin):
     def meet(self, classes, members):
         if self.shared:
             return
-        union = []
-        for member in members:
-            for row in self.tables[member]:
-                goal, image = classes.find_or_append(union, row["key"], {"votes": None})
-                goal["votes"] = goal["votes"] or {}
-                for action, q in row["q"].items():
-                    goal["votes"].setdefault(image[action], []).append(q)
-        for row in union:
-            row["q"] = {a: mean(votes) for a, votes in row.pop("votes").items()}
+        union = union_of_values(classes, [self.tables[member] for member in members])
         for member in members:
             self.tables[member] = copied(union)
 
@@ -170,7 +162,10 @@ class DualTwin(Twin):
         row, image = classes.find_or_append(short, key, {"q": {}, "n": 0})
         row["q"] = {**row["q"], image[action]: value}
         row["n"] += 1
-        period = self.settings.stage_period
+        self.stage_when_due(i, classes)
+
+    def stage_when_due(self, i, classes):
+        short, period = self.short[i], self.settings.stage_period
         written = sum(row["n"] for row in short)
         if len(short) >= self.settings.short_capacity or 0 < period <= written:
             # Python's sort is stable: of equal rows the older comes first.
@@ -188,22 +183,39 @@ class DualTwin(Twin):
             row["a"], row["q"] = image[action], q
 
     def meet(self, classes, members):
-        union = []
-        for member in members:
-            for row in self.long[member]:
-                goal, image = classes.find_or_append(union, row["key"], {"votes": None})
-                goal["votes"] = goal["votes"] or {}
-                goal["votes"].setdefault(image[row["a"]], []).append(row["q"])
-        for row in union:
-            means = {action: mean(votes) for action, votes in row.pop("votes").items()}
-            row["a"] = best_of(means)
-            row["q"] = means[row["a"]]
+        union = union_of_bests(classes, [self.long[member] for member in members])
         for member in members:
             self.long[member] = copied(union)
 
     def memory(self):
         short = [[(row["key"], row["q"]) for row in rows] for rows in self.short]
         return short, [[(row["key"], {row["a"]: row["q"]}) for row in rows] for rows in self.long]
+
+
+def union_of_values(classes, tables):
+    """Return the union of the classes, with the mean of each action over those who tried it."""
+    union = []
+    for table in tables:
+        for row in table:
+            goal, image = classes.find_or_append(union, row["key"], {"votes": None})
+            goal["votes"] = goal["votes"] or {}
+            for action, q in row["q"].items():
+                goal["votes"].setdefault(image[action], []).append(q)
+    for row in union:
+        row["q"] = {a: mean(votes) for a, votes in row.pop("votes").items()}
+    return union
+
+
+def union_of_bests(classes, tables):
+    """Return the union of the classes, with the best of the means of the actions voted for."""
+    union = union_of_values(
+        classes,
+        [[{"key": row["key"], "q": {row["a"]: row["q"]}} for row in table] for table in tables],
+    )
+    for row in union:
+        row["a"] = best_of(row["q"])
+        row["q"] = row["q"][row["a"]]
+    return union
 
 
 def best_of(values):

@@ -5,14 +5,23 @@ import pytest
 
 from dmil.memory import (
     ABSENT,
+    Merged,
     append,
     average_best,
     average_values,
+    bests_of,
+    give_values,
     look_up,
     make_best_table,
     make_scratch,
     make_value_table,
+    merged_best,
+    merged_values,
+    rows_in_common,
+    take_over_best,
+    values_of,
 )
+from dmil.memory.admission import NO_CAP
 from dmil.seeding import stream
 from dmil.symmetry import Embedding, SymmetryGroup, build_classes
 
@@ -158,3 +167,66 @@ def test_one_agent_alone_keeps_its_memory():
     before = rows_of(table, 2)
     average_values(table, classes, np.array([2], np.int32), 0, scratch)
     assert rows_of(table, 2) == before
+
+
+@pytest.mark.parametrize("kind", ["values", "bests"])
+def test_an_answer_that_reaches_all_is_a_meeting(kind):
+    """What is merged aside and taken over is what is merged in place."""
+    embedding = Embedding("near and turned", tolerance=1, rotations=True)
+    classes = classes_of(embedding)
+    scratch, rng, common = make_scratch(classes), stream(4, "meetings", kind), 0
+    make = (
+        make_value_table(6, 400, PLACES, ACTIONS, 1)
+        if kind == "values"
+        else make_best_table(6, 400, PLACES, 1)
+    )
+    for _ in range(4):
+        for owner in range(6):
+            for _ in range(10):
+                key = rng.poisson(1.5, PLACES).astype(np.int32)
+                visit(make, classes, scratch, owner, key, rng)
+        everyone = np.arange(6)
+        if kind == "values":
+            post = values_of(make, everyone, 400)
+            merged = merged_values(post, classes, MEMBERS, common, scratch)
+            assert [rows_of(post, owner) for owner in range(6)] == [
+                rows_of(make, owner) for owner in range(6)
+            ]
+            give_values(post, merged, classes, 0, MEMBERS, scratch)
+            average_values(make, classes, MEMBERS, common, scratch)
+        else:
+            post = bests_of(make, everyone, 400)
+            merged = merged_best(post, classes, MEMBERS, common, scratch)
+            for owner in MEMBERS:
+                mine = bests_of(post, np.array([owner]), 400)
+                take_over_best(post, owner, mine, merged, NO_CAP, classes, 0, scratch)
+            average_best(make, classes, MEMBERS, common, scratch)
+        assert [rows_of(post, owner) for owner in range(6)] == [
+            rows_of(make, owner) for owner in range(6)
+        ]
+        common = rows_in_common(post.rows, MEMBERS)
+        assert common == make.rows.size[1] == merged.rows.size[0]
+
+
+def test_rows_in_common_are_the_leading_equal_ones():
+    table = make_best_table(3, 8, 2, 0)
+    for owner, keys in enumerate([(1, 2, 3), (1, 2, 4, 5), (1, 2, 3)]):
+        for key in keys:
+            append(table.rows, owner, np.array([key, 0], np.int32))
+    assert rows_in_common(table.rows, np.array([0, 1, 2], np.int32)) == 2
+    assert rows_in_common(table.rows, np.array([0, 2], np.int32)) == 3
+    assert rows_in_common(table.rows, np.array([1], np.int32)) == 4
+    empty = make_best_table(2, 8, 2, 0)
+    assert rows_in_common(empty.rows, np.array([0, 1], np.int32)) == 0
+
+
+def test_a_message_has_the_bytes_of_its_rows():
+    values, best = make_value_table(1, 9, PLACES, ACTIONS, 0), make_best_table(1, 9, PLACES, 0)
+    for table, count in ((values, 2), (best, 3)):
+        for number in range(count):
+            append(table.rows, 0, np.full(PLACES, number, np.int32))
+    # Keys of 4 · 4 bytes; Q and a flag for each of 3 actions; an action and its Q.
+    assert Merged(values).size_bytes == 2 * (16 + 3 * 8 + 3)
+    assert Merged(None, best).size_bytes == 3 * (16 + 4 + 8)
+    assert Merged(values, best).size_bytes == 2 * 43 + 3 * 28
+    assert Merged().size_bytes == 0

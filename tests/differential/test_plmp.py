@@ -98,7 +98,7 @@ def test_of_two_keys_that_cover_a_pattern_the_older_has_it(others, older):
     assert find_pattern(rows, 0, pattern[None], 2, key) == 0
 
 
-def plain_ahead(network, seen, timing, flow):
+def plain_ahead(network, seen, timing, flow, *, leaves=True):
     """Return the queues one decision ahead, one movement after the other."""
 
     def has_green(i, j):
@@ -126,7 +126,7 @@ def plain_ahead(network, seen, timing, flow):
             comes = seen.approaching_veh[i, j] + inflow[movement.from_link] / movements.get(
                 movement.from_link
             )
-            stays = seen.queue_veh[i, j] - goes(i, j, timing.decision_interval_s)
+            stays = seen.queue_veh[i, j] - leaves * goes(i, j, timing.decision_interval_s)
             ahead[i, j] = math.floor(stays + comes + 0.5)
     return ahead
 
@@ -155,6 +155,8 @@ def test_predictions_are_those_of_plain_sums(name):
     for seen in looks(network, 1, 60):
         found = announcements.queue_ahead(seen)
         assert found.tolist() == plain_ahead(network, seen, timing, flow).tolist()
+        full = announcements.queue_with_inflow(seen, seen.phase)
+        assert full.tolist() == plain_ahead(network, seen, timing, flow, leaves=False).tolist()
 
 
 class PlainPlmp:

@@ -7,7 +7,7 @@ from functools import lru_cache
 from dmil.compilation import kernel
 from dmil.controllers.agents import Agents, classes_of
 from dmil.controllers.choice import explores, uniform_action, unseen_action
-from dmil.controllers.meetings import CHANGE, LONG_ROWS, ROWS, STAGED
+from dmil.controllers.meetings import CHANGE, ROWS, STAGED
 from dmil.controllers.prior import Prior
 from dmil.controllers.protocol import Arrays, IntArray, MemoryUse
 from dmil.controllers.settings import DualMemorySettings
@@ -209,10 +209,6 @@ class DualMemoryController(TabularLearner):
     def _sends_short(self) -> bool:
         return self.settings.sent != "long"
 
-    @property
-    def _sent_rows(self) -> tuple[int, ...]:
-        return (ROWS,) * self._sends_short + (LONG_ROWS,) * self._sends_long
-
     def _sent_bytes(self, members: IntArray) -> int:
         memory = self.memory
         total = message_bytes(memory.short, members) if self._sends_short else 0
@@ -225,6 +221,7 @@ class DualMemoryController(TabularLearner):
     def _meet(self, shape: int) -> int:
         members, common = self.agents.members[shape], int(self._common[shape])
         merged = Merged(self._merged_short(members))
+        answer_bytes = merged.size_bytes
         if self._sends_long:
             self._make_room(int((self.memory.long.rows.size[members] - common).sum()))
             long, admission = self.memory.long, self.memory.admission
@@ -232,8 +229,9 @@ class DualMemoryController(TabularLearner):
             if admission.capacity:
                 keep_most_frequent(long, admission, self._classes, members, self._scratch)
             self._common[shape] = long.rows.size[members[0]]
+            answer_bytes += message_bytes(long, members[:1])
         self._take_over(shape, merged, members)
-        return merged.size_bytes + self._sends_long * message_bytes(self.memory.long, members[:1])
+        return answer_bytes
 
     def _merge(self, shape: int, heard: IntArray) -> Merged:
         long, admission = self.memory.long, self.memory.admission
@@ -342,9 +340,8 @@ def decide_dual_memory(classes: Classes, memory: DualMemory, step: Step, scratch
         before = recalled_value(memory, classes, agent, shape, found, last)
         error = step.reward[agent] + step.discount * following - before
         value = before + step.learning_rate * error
-        new = remember(memory, classes, agent, shape, key_before, found, last, value, scratch)
+        remember(memory, classes, agent, shape, key_before, found, last, value, scratch)
         step.news[agent, ROWS] += found.short_row == ABSENT
-        step.news[agent, LONG_ROWS] += new
         step.news[agent, CHANGE] += abs(value - before)
         # Staging is what empties short-term memory.
         step.news[agent, STAGED] += memory.short.rows.size[agent] == 0

@@ -15,10 +15,10 @@ from dmil.controllers.protocol import FloatArray, IntArray
 from dmil.controllers.settings import DualMemorySettings, LearnerSettings
 from dmil.memory import Merged
 
-ROWS, LONG_ROWS, CHANGE, STAGED = range(4)
-"""Columns of the news: new rows in table or short-term memory, and in long-term memory; the sum of
-|ΔQ| over all writes; how often short-term memory was staged."""
-NEWS = 4
+ROWS, CHANGE, STAGED = range(3)
+"""Columns of the news: new rows of the Q-table or of short-term memory, where all that is new
+enters first; the sum of |ΔQ| over all writes; how often short-term memory was staged."""
+NEWS = 3
 """How many columns they are."""
 
 
@@ -49,13 +49,10 @@ class Meetings:
         The trigger, and its threshold.
     shapes
         How many shapes of intersections there are.
-    sent
-        Columns of the news that count new rows of what is sent.
     """
 
-    def __init__(self, settings: LearnerSettings, shapes: int, sent: tuple[int, ...]) -> None:
+    def __init__(self, settings: LearnerSettings, shapes: int) -> None:
         self._settings = settings
-        self._sent = list(sent)
         self._share = settings.trigger_share if isinstance(settings, DualMemorySettings) else 1.0
         self._held = np.zeros(shapes, np.int64)
 
@@ -68,12 +65,12 @@ class Meetings:
             Which shape.
         time_s
             Time of the decision.
-        news: (members, 4) float64
+        news: (members, 3) float64
             What its agents have stored since they last met; see `ROWS` and its neighbours.
         """
         settings = self._settings
         if settings.trigger == "entries":
-            return bool(news[:, self._sent].sum(axis=1).mean() >= settings.trigger_entries)
+            return bool(news[:, ROWS].mean() >= settings.trigger_entries)
         if settings.trigger == "values":
             return bool(news[:, CHANGE].mean() >= settings.trigger_change)
         if settings.trigger == "staging":

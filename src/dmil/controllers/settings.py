@@ -91,14 +91,14 @@ class LearnerSettings(BaseModel):
         "new entries, changes of values, or staging (ours; the paper's future work).",
     )
     trigger_entries: float = Field(
-        default=8.0,
+        default=6.0,
         gt=0,
         allow_inf_nan=False,
-        description="Trigger entries: new entries since the last meeting in the memory that is "
-        "sent, mean over the agents (ours).",
+        description="Trigger entries: rows stored anew since the last meeting, in the Q-table or "
+        "short-term memory, mean over the agents (ours).",
     )
     trigger_change: float = Field(
-        default=20.0,
+        default=3.5,
         gt=0,
         allow_inf_nan=False,
         description="Trigger values: |ΔQ| of all writes since the last meeting added up, mean over "
@@ -140,6 +140,13 @@ class SarsaSettings(LearnerSettings):
         description="What makes the agents of a shape meet the central unit: a period of T [P], "
         "new entries, or changes of values (ours; the paper's future work).",
     )
+    trigger_entries: float = Field(
+        default=0.25,
+        gt=0,
+        allow_inf_nan=False,
+        description="Trigger entries: rows stored anew since the last meeting, mean over the "
+        "agents (ours).",
+    )
     shared: bool = Field(
         default=False,
         description="One table for all agents of a shape, as in the training phase [A].",
@@ -159,7 +166,7 @@ class DualMemorySettings(LearnerSettings):
         "as if they were learned then.",
     )
     trigger_share: float = Field(
-        default=0.5,
+        default=0.25,
         gt=0,
         le=1,
         description="Trigger staging: part of the agents that have staged since the last meeting "

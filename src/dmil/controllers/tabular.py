@@ -11,7 +11,7 @@ import numpy.typing as npt
 from dmil.controllers.agents import Agents, agents_of, classes_of
 from dmil.controllers.announcements import Announcements
 from dmil.controllers.choice import DRAWS
-from dmil.controllers.meetings import NEWS, ROWS, Answer, Meetings, Post
+from dmil.controllers.meetings import NEWS, Answer, Meetings, Post
 from dmil.controllers.merits import PhaseChoice
 from dmil.controllers.prior import Prior
 from dmil.controllers.protocol import Arrays, FloatArray, IntArray, Situation
@@ -48,7 +48,7 @@ class Step(NamedTuple):
     epsilon, learning_rate, discount: float
     learns: bool
         Whether there is a last action to learn from.
-    news: (agents, 4) float64
+    news: (agents, 3) float64
         What was stored since the agents last met, added up in place; see `meetings.ROWS`.
     found_in: (4,) int64
         How often a state was found where, counted in place; see `TabularLearner.FOUND_IN`.
@@ -119,7 +119,7 @@ class TabularLearner(ABC):
         self._classes = classes_of(network, self._embedding)
         self._scratch = make_scratch(self._classes)
         self._rng, self._epsilon = situation.rng, self.settings.epsilon
-        self._meetings = Meetings(self.settings, len(agents.signatures), self._sent_rows)
+        self._meetings = Meetings(self.settings, len(agents.signatures))
         self._post = Post(self.settings.message_loss * self._communicates, situation.rng)
         # What is under way at the end of a run is lost.
         self._answers: dict[int, Answer] = {}
@@ -174,11 +174,6 @@ class TabularLearner(ABC):
     def _communicates(self) -> bool:
         """Whether agents meet the central unit at all: whoever is frozen has nothing to tell."""
         return self.settings.communication and self.settings.learning
-
-    @property
-    def _sent_rows(self) -> tuple[int, ...]:
-        """Columns of the news that count new rows of what is sent."""
-        return (ROWS,)
 
     def _communicate(self, time_s: int) -> None:
         """Let the agents of every shape send their memories, if they have reason to.

@@ -25,7 +25,6 @@ from dmil.memory.tables import (
     bests_of,
     clear_values,
     look_up,
-    look_up_or_append,
     make_value_table,
     values_of,
 )
@@ -214,8 +213,8 @@ def take_over_values(
 ) -> None:
     """Make a table the central unit's answer, and behind it what the answer lacks (ours).
 
-    A class and action that the answer has get its value; classes and actions that it lacks keep
-    theirs. Every row keeps the number of its own visits.
+    Of a class that the answer has nothing stays but the number of visits: leading rows carry the
+    same numbers for all whom it reaches.
 
     Parameters
     ----------
@@ -231,22 +230,19 @@ def take_over_values(
         Working space.
     """
     clear_values(table, owner)
-    answered = answer.rows.size[0]
-    for row in range(answered):
+    for row in range(answer.rows.size[0]):
         append(table.rows, owner, answer.rows.keys[0, row])
         for action in range(table.value.shape[2]):
             table.value[owner, row, action] = answer.value[0, row, action]
             table.tried[owner, row, action] = answer.tried[0, row, action]
     for row in range(mine.rows.size[0]):
-        place, variant = look_up_or_append(
-            table.rows, classes, owner, shape, mine.rows.keys[0, row], scratch
-        )
-        for action in range(classes.phase_count[shape]):
-            equivalent = classes.phase_image[shape, variant, action]
-            told = place < answered and answer.tried[0, place, equivalent]
-            if mine.tried[0, row, action] and not told:
-                table.value[owner, place, equivalent] = mine.value[0, row, action]
-                table.tried[owner, place, equivalent] = True
+        key = mine.rows.keys[0, row]
+        place = look_up(answer.rows, classes, 0, shape, key, scratch)[0]
+        if place == ABSENT:
+            place = append(table.rows, owner, key)
+            for action in range(table.value.shape[2]):
+                table.value[owner, place, action] = mine.value[0, row, action]
+                table.tried[owner, place, action] = mine.tried[0, row, action]
         table.visits[owner, place] += mine.visits[0, row]
 
 

@@ -30,20 +30,14 @@ def remember(
     action: int,
     value: float,
     scratch: Scratch,
-) -> int:
-    """Insert into short-term memory; stage if it is full (Algorithm 1).
-
-    Returns
-    -------
-    new: int
-        Classes that long-term memory did not have before.
-    """
+) -> None:
+    """Insert into short-term memory; stage if it is full (Algorithm 1)."""
     row, variant = found.short_row, found.short_variant
     write_found(memory.short, classes, owner, shape, key, row, variant, action, value)
     if memory.admission.capacity > 0:
         mark = mark_of(classes, shape, key, memory.long.rows.tolerance, scratch)
         record(memory.admission, owner, mark)
-    return stage_when_due(memory, classes, owner, shape, scratch)
+    stage_when_due(memory, classes, owner, shape, scratch)
 
 
 @kernel
@@ -83,8 +77,8 @@ def take_in(
 @kernel
 def stage_when_due(
     memory: DualMemory, classes: Classes, owner: int, shape: int, scratch: Scratch
-) -> int:
-    """Stage if short-term memory is full or its period is over; return the new classes.
+) -> None:
+    """Stage if short-term memory is full or its period is over.
 
     With a stage period the memory stages when the writes since the last staging reach it. The
     counts of visits add up to just those writes, because staging empties the memory.
@@ -96,19 +90,13 @@ def stage_when_due(
         for row in range(size):
             writes += memory.short.visits[owner, row]
         due = due or writes >= memory.stage_period
-    return stage(memory, classes, owner, shape, scratch) if due else 0
+    if due:
+        stage(memory, classes, owner, shape, scratch)
 
 
 @kernel
-def stage(memory: DualMemory, classes: Classes, owner: int, shape: int, scratch: Scratch) -> int:
-    """Move the best part of short-term memory to long-term memory and empty it (Algorithm 1).
-
-    Returns
-    -------
-    new: int
-        Classes that long-term memory did not have before.
-    """
-    new = 0
+def stage(memory: DualMemory, classes: Classes, owner: int, shape: int, scratch: Scratch) -> None:
+    """Move the best part of short-term memory to long-term memory and empty it (Algorithm 1)."""
     short = memory.short
     size = short.rows.size[owner]
     # 1e-9: κ·m_s in floats may exceed a whole number by a rounding error.
@@ -126,7 +114,7 @@ def stage(memory: DualMemory, classes: Classes, owner: int, shape: int, scratch:
                 chosen, chosen_action, chosen_merit = row, action, merit
         if chosen == ABSENT:
             break
-        new += consolidate(
+        consolidate(
             memory.long,
             memory.admission,
             classes,
@@ -141,7 +129,6 @@ def stage(memory: DualMemory, classes: Classes, owner: int, shape: int, scratch:
         # A row without tried actions is not chosen again.
         forget_values(short, owner, chosen)
     clear_values(short, owner)
-    return new
 
 
 @kernel
@@ -168,24 +155,20 @@ def consolidate(
     value: float,
     significance: float,
     scratch: Scratch,
-) -> bool:
+) -> None:
     """Insert one staged row into long-term memory (Algorithm 2).
 
     A new class is stored, if there is room or a less frequent one makes way; a known one is
     replaced only by a significantly better Q.
-
-    Returns
-    -------
-    new: bool
-        Whether a new class was stored.
     """
     row, variant = look_up(long.rows, classes, owner, shape, key, scratch)
-    new = row == ABSENT
-    if new:
+    if row == ABSENT:
         row = admit(long.rows, admission, classes, owner, shape, key, scratch)
         if row == ABSENT:
-            return False
-    if new or significantly_better(value, long.value[owner, row], significance):
+            return
+        better = True
+    else:
+        better = significantly_better(value, long.value[owner, row], significance)
+    if better:
         long.action[owner, row] = classes.phase_image[shape, variant, action]
         long.value[owner, row] = value
-    return bool(new)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import polars as pl
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +122,13 @@ RUNS: tuple[Column, ...] = (
     Column("entries_per_agent", _REAL, "states", "Stored states at the horizon, mean over agents."),
     Column("entries_total", _WHOLE, "states", "Stored states, a shared table counted once."),
     Column("bytes_total", _WHOLE, "bytes", "True size of all memories."),
+    Column(
+        "messages",
+        _WHOLE,
+        "messages",
+        "Between agents and the central unit in the run, both ways, lost ones too.",
+    ),
+    Column("exchanged_bytes", _WHOLE, "bytes", "Bytes of the rows in these messages."),
     Column("intersections", _WHOLE, "", "Intersections that the controller decides for."),
     Column(
         "msize_per_agent",

@@ -101,6 +101,8 @@ def measures_row(measures: Measures, memory: MemoryUse) -> Row:
         "entries_per_agent": memory.entries,
         "entries_total": memory.entries_total,
         "bytes_total": memory.bytes_total,
+        "messages": memory.messages,
+        "exchanged_bytes": memory.exchanged_bytes,
         "msize_per_agent": memory.msize,
     }
 

@@ -10,7 +10,7 @@ from dmil.controllers import MemoryController, Prior, Situation, make_controller
 from dmil.controllers.agents import agents_of
 from dmil.controllers.choice import explores, greedy_action, uniform_action
 from dmil.controllers.dual_memory import DualMemoryController
-from dmil.controllers.meetings import NEWS, ROWS, Meetings
+from dmil.controllers.meetings import NEWS, Meetings
 from dmil.controllers.sarsa import SarsaController
 from dmil.controllers.settings import DualMemorySettings, LearnerSettings, SarsaSettings
 from dmil.errors import PolicyError
@@ -271,7 +271,7 @@ def test_choices_from_draws():
 
 def test_agents_meet_once_per_period():
     def times(interval_s, **options):
-        meetings = Meetings(LearnerSettings(**options), 1, (ROWS,))
+        meetings = Meetings(LearnerSettings(**options), 1)
         return [t for t in range(0, 500, interval_s) if meetings.due(0, t, np.zeros((2, NEWS)))]
 
     assert times(10) == [100, 200, 300, 400]

@@ -116,6 +116,7 @@ OWN_RANGES: dict[str, dict[str, Range | Choice | None]] = {
 """Ranges that differ for one controller; None leaves an option out."""
 
 NOT_TUNED = {
+    "announced",
     "approaching",
     "bootstrap",
     "communication",
@@ -126,9 +127,11 @@ NOT_TUNED = {
     "phase",
     "prediction",
     "rates",
+    "sent",
     "shared",
     "stage_untried",
     "staging",
+    "trigger",
     "unseen",
     "weight_last",
     "width",
