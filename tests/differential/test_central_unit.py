@@ -172,6 +172,9 @@ class CappedByPost(DualByPost, CappedTwin):
     def take_long(self, member, classes, long):
         mine, keys = list(self.long[member]), [row["key"] for row in long]
         self.take(member, long)
+        if not (self.rules.communication_delay_s or self.rules.message_loss):
+            # At a meeting without post what the central unit has cut is gone.
+            return
         rows = self.long[member]
         for row in mine:
             if classes.find(keys, row["key"])[0] is None:

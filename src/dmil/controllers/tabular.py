@@ -181,6 +181,7 @@ class TabularLearner(ABC):
         While an answer is under way their next meeting waits.
         """
         post, delay_s = self._post, self.settings.communication_delay_s
+        at_once = not (delay_s or self.settings.message_loss)
         for shape, members in enumerate(self.agents.members):
             if shape in self._answers:
                 continue
@@ -189,7 +190,7 @@ class TabularLearner(ABC):
             self._news[members] = 0.0
             heard, reached = post.arrived(members)
             post.count(members.size, self._sent_bytes(members))
-            if not delay_s and heard.size == reached.size == members.size:
+            if at_once:
                 answer_bytes = self._meet(shape)
             elif heard.size:
                 merged = self._merge(shape, heard)
