@@ -18,6 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from dmil.compilation import allocating_kernel
 from dmil.errors import InputError, unknown_name
 from dmil.importing import import_object
+from dmil.interpretations import mark
 from dmil.network import RoadNetwork
 from dmil.simulation import Observation
 from dmil.simulation.pressure import movement_pressure
@@ -38,13 +39,14 @@ class RewardConstants(BaseModel):
     relaxation_veh: float = Field(
         RELAXATION_VEH,
         ge=0,
-        description="α, growth of a queue in one decision interval that is still rewarded [P 1.1]; "
-        "of the reward default.",
+        description="α, growth of a queue in one decision interval that is still rewarded "
+        f"{mark('reward_constants.relaxation_veh')}; of the reward default.",
     )
     tolerated_veh: float = Field(
         TOLERATED_VEH,
         ge=0,
-        description="θ, growth beyond α that is not yet punished [P 10]; of the reward default.",
+        description="θ, growth beyond α that is not yet punished "
+        f"{mark('reward_constants.tolerated_veh')}; of the reward default.",
     )
 
     @property

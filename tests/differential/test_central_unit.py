@@ -37,7 +37,7 @@ class Exchanging:
         self.messages = self.bytes = 0
         self.forget(range(len(self.shape)))
         rows = network_classes(network, EMBEDDINGS[settings.embedding])
-        self.key_bytes = 4 * rows.orientation_image.shape[2]
+        self.key_bytes = 4 * rows.orientation_image.shape[2] // rows.parts
         self.value_bytes = 9 * rows.phase_image.shape[2]
 
     def forget(self, members):
@@ -178,7 +178,7 @@ class CappedByPost(DualByPost, CappedTwin):
         rows = self.long[member]
         for row in mine:
             if classes.find(keys, row["key"])[0] is None:
-                place = rows.admission.admit(self.padded(row["key"]))
+                place = rows.admission.admit(self.padded(classes, row["key"]))
                 if place == len(rows):
                     rows.append(row)
                 elif place != ABSENT:

@@ -6,6 +6,8 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from dmil.interpretations import mark
+
 LARGEST_CAPACITY = 100_000
 """Largest cap on a memory: what is allocated at once for every agent."""
 
@@ -62,32 +64,42 @@ class LearnerSettings(BaseModel):
         default=None,
         ge=1,
         description="B, levels that an embedding scales counts to, for embeddings that scale; by "
-        "default their own, 5 [F].",
+        f"default their own, 5 {mark('scale_levels')}.",
     )
     tolerance: int | None = Field(
         default=None,
         ge=1,
         description="Largest difference of two queues in one class, for embeddings with a "
-        "tolerance; by default their own, 1 vehicle [A].",
+        f"tolerance; by default their own, 1 vehicle {mark('tolerance')}.",
     )
-    epsilon: float = Field(default=0.6, ge=0, le=1, description="Chance of a random action, ε [P].")
+    epsilon: float = Field(
+        default=0.6, ge=0, le=1, description=f"Chance of a random action, ε {mark('epsilon')}."
+    )
     epsilon_decay: float = Field(
-        default=1.0, gt=0, le=1, description="Factor on ε after every decision [F in two presets]."
+        default=1.0,
+        gt=0,
+        le=1,
+        description=f"Factor on ε after every decision; below 1 {mark('epsilon_decay')}.",
     )
     learning_rate: float = Field(
-        default=0.1, ge=0, le=1, description="Step of the SARSA update [A]."
+        default=0.1, ge=0, le=1, description=f"Step of the SARSA update {mark('learning_rate')}."
     )
-    discount: float = Field(default=0.95, ge=0, le=1, description="γ [P].")
+    discount: float = Field(default=0.95, ge=0, le=1, description=f"γ {mark('discount')}.")
     communication: bool = Field(
         default=False,
-        description="Whether the central unit averages the memories of equal agents [P].",
+        description="Whether the central unit averages the memories of equal agents "
+        f"{mark('communication')}.",
     )
     communication_period_s: int = Field(
-        default=100, ge=1, description="T: time between two meetings with the central unit [A]."
+        default=100,
+        ge=1,
+        description="T: time between two meetings with the central unit "
+        f"{mark('communication_period_s')}.",
     )
     trigger: Literal["period", "entries", "values", "staging"] = Field(
         default="period",
-        description="What makes the agents of a shape meet the central unit: a period of T [P], "
+        description="What makes the agents of a shape meet the central unit: a period of T "
+        f"{mark('trigger')}, "
         "new entries, changes of values, or staging (ours; the paper's future work).",
     )
     trigger_entries: float = Field(
@@ -127,7 +139,8 @@ class LearnerSettings(BaseModel):
     )
     unseen: Literal["random", "longest-queue", "nearest"] = Field(
         default="random",
-        description="What an unseen state does: a random action [A], what longest-queue-first "
+        description="What an unseen state does: a random action "
+        f"{mark('unseen')}, what longest-queue-first "
         "does, or what the nearest class that is known does.",
     )
 
@@ -137,7 +150,8 @@ class SarsaSettings(LearnerSettings):
 
     trigger: Literal["period", "entries", "values"] = Field(
         default="period",
-        description="What makes the agents of a shape meet the central unit: a period of T [P], "
+        description="What makes the agents of a shape meet the central unit: a period of T "
+        f"{mark('trigger')}, "
         "new entries, or changes of values (ours; the paper's future work).",
     )
     trigger_entries: float = Field(
@@ -149,7 +163,8 @@ class SarsaSettings(LearnerSettings):
     )
     shared: bool = Field(
         default=False,
-        description="One table for all agents of a shape, as in the training phase [A].",
+        description="One table for all agents of a shape, as the dummy agent of the training "
+        "phase has it.",
     )
 
 
@@ -159,10 +174,13 @@ class DualMemorySettings(LearnerSettings):
     embedding: str = Field(
         default="complex", description="How states share entries: a named embedding."
     )
-    epsilon: float = Field(default=0.4, ge=0, le=1, description="Chance of a random action, ε [P].")
+    epsilon: float = Field(
+        default=0.4, ge=0, le=1, description=f"Chance of a random action, ε {mark('epsilon')}."
+    )
     sent: Literal["long", "short", "both"] = Field(
         default="long",
-        description="Which memory agents send to the central unit [A]; short-term rows come back "
+        description="Which memory agents send to the central unit "
+        f"{mark('sent')}; short-term rows come back "
         "as if they were learned then.",
     )
     trigger_share: float = Field(
@@ -173,10 +191,13 @@ class DualMemorySettings(LearnerSettings):
         "(ours).",
     )
     short_capacity: int = Field(
-        default=16, ge=1, description="m_s: rows of short-term memory, which stages when full [A]."
+        default=16,
+        ge=1,
+        description="m_s: rows of short-term memory, which stages when full "
+        f"{mark('short_capacity')}.",
     )
     staged_ratio: float = Field(
-        default=0.5, gt=0, le=1, description="κ: part of the rows staged [P]."
+        default=0.5, gt=0, le=1, description=f"κ: part of the rows staged {mark('staged_ratio')}."
     )
     staging: Literal["value", "visits"] = Field(
         default="value",
@@ -191,13 +212,13 @@ class DualMemorySettings(LearnerSettings):
     stage_untried: bool = Field(
         default=False,
         description="Let an untried action, with its Q of 0, be the best of a row that is staged; "
-        "off: only what was tried is staged [A].",
+        f"off: only what was tried is staged {mark('stage_untried')}.",
     )
     least_tried: int = Field(
         default=1,
         ge=1,
         description="How many actions of a class must have been tried before short-term memory "
-        "tells or stages the best of them [A].",
+        f"tells or stages the best of them {mark('least_tried')}.",
     )
     long_capacity: int = Field(
         default=0,
@@ -207,5 +228,8 @@ class DualMemorySettings(LearnerSettings):
         "of two classes goes; 0: no cap.",
     )
     significance: float = Field(
-        default=0.1, ge=0, description="A Q is significantly better if above old + this·|old| [A]."
+        default=0.1,
+        ge=0,
+        description="A Q is significantly better if above old + this·|old| "
+        f"{mark('significance')}.",
     )

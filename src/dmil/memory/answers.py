@@ -75,7 +75,7 @@ def message_bytes(table: ValueTable | BestTable, owners: IntArray) -> int:
     """Return the bytes of the rows that some owners send, all together (ours).
 
     Of a table of values these are keys, Q of all actions and which were tried; of long-term memory
-    keys, actions and Q.
+    keys, actions and Q. Of a key with several parts the first is sent: the others follow from it.
 
     Parameters
     ----------
@@ -83,9 +83,10 @@ def message_bytes(table: ValueTable | BestTable, owners: IntArray) -> int:
         Memories of all agents.
     owners: (owners,) int
     """
-    columns = [table.rows.keys]
-    columns += [array for name, array in table._asdict().items() if name not in NOT_SENT]
-    row_bytes = sum(array.itemsize * prod(array.shape[2:]) for array in columns)
+    keys = table.rows.keys
+    columns = [array for name, array in table._asdict().items() if name not in NOT_SENT]
+    row_bytes: int = keys.itemsize * keys.shape[2] // table.rows.parts
+    row_bytes += sum(array.itemsize * prod(array.shape[2:]) for array in columns)
     return int(table.rows.size[owners].sum()) * row_bytes
 
 
@@ -196,7 +197,8 @@ def give_short(
     places, actions = short.rows.keys.shape[2], short.value.shape[2]
     for agent in reached:
         mine = values_of(short, np.array([agent]), int(short.rows.size.max()))
-        both = make_value_table(1, most, places, actions, short.rows.tolerance)
+        rows = short.rows
+        both = make_value_table(1, most, places, actions, rows.tolerance, rows.parts)
         take_over_values(both, 0, mine, merged, classes, shape, scratch)
         take_in(memory, both, classes, agent, shape, scratch)
 

@@ -1,44 +1,15 @@
-"""What the paper leaves open and how this run filled it: assumed [A] or fitted [F]."""
+"""What is not the paper's, with the values that this run used."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pydantic import BaseModel
+from dmil.interpretations import INTERPRETATIONS, MEANING, Interpretation
 
-from dmil.controllers.settings import DualMemorySettings, SarsaSettings
-from dmil.studies.settings import PaperStudySettings, Preset
-
-#: Readings that are built in, not settings of a study.
-_BUILT_IN: tuple[tuple[str, str, str], ...] = (
-    ("F", "the complex classes scale a state to levels 0 to B", "B = 5"),
-    ("A", "what the paper's W is divided by", "V_c at the horizon"),
-    ("A", "action in a state without an entry", "uniformly random"),
-    ("A", "distance within which simple classes match", "1 vehicle in any orientation"),
-    ("A", "what dual memory takes from the trained table", "the best κ of its rows"),
-)
-
-#: Readings that are values of a scenario: dotted name, and what holds where it is not given.
-_OF_A_SCENARIO: tuple[tuple[str, str, str], ...] = (
-    (
-        "demand.rate_veh_per_min",
-        "arrival rates λ per minute and fringe node",
-        "E 5, N 5, W 10, S 7",
-    ),
-    (
-        "dynamics.saturation_flow_veh_per_s",
-        "v*, vehicles that a served orientation discharges per step",
-        "1",
-    ),
-    ("grid.link_time_s", "time on a link between intersections, in s", "5"),
-    ("grid.entry_link_time_s", "time on an entry link, in s", "0"),
-    ("timing.clearance_s", "time lost when signals change, in s", "0"),
-)
-
-_MARK = re.compile(r"\s*\[[^\]]*\b([AF])\b[^\]]*\]")
+#: What the report lists: all that the paper does not state.
+_ORDER = ("F", "A", "corrected", "ours")
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,23 +18,26 @@ class Assumption:
 
     Parameters
     ----------
-    mark
-        "A" assumed, "F" fitted to the paper's table.
-    meaning
-        What was chosen.
+    kind
+        "fitted", "assumed", "corrected" or "ours".
+    topic, meaning, paper
+        Of which part of the system; what was chosen; what the paper says of it.
     value
-        The value this study used.
+        What holds in this study.
     """
 
-    mark: str
+    kind: str
+    topic: str
     meaning: str
+    paper: str
     value: str
 
 
 def assumptions(configuration: Mapping[str, Any]) -> list[Assumption]:
-    """List what was assumed or fitted, fitted first (ours).
+    """List all that was fitted, assumed, corrected or added, fitted first (ours).
 
-    The marks stand in the descriptions of the settings; the values are those of this study.
+    It is the table that docs/paper.md and the marks of the settings come from, with the values of
+    this study where they are not those of the table.
 
     Parameters
     ----------
@@ -71,22 +45,11 @@ def assumptions(configuration: Mapping[str, Any]) -> list[Assumption]:
         ``configuration`` of a manifest; settings that it lacks have their defaults.
     """
     used = list(_leaves(configuration))
-    found = [
-        Assumption(mark, meaning, _preset_values(used, name) or default)
-        for name, mark, meaning, default in _marked(Preset)
+    listed = [each for each in INTERPRETATIONS if each.mark in _ORDER]
+    return [
+        Assumption(MEANING[each.mark], each.topic, each.what, each.paper, _in_this_run(each, used))
+        for each in sorted(listed, key=lambda each: _ORDER.index(each.mark))
     ]
-    seen = set(Preset.model_fields)
-    for settings in (PaperStudySettings, SarsaSettings, DualMemorySettings):
-        for name, mark, meaning, default in _marked(settings):
-            if name not in seen:
-                seen.add(name)
-                found.append(Assumption(mark, meaning, _values(used, name) or default))
-    found += [
-        Assumption("A", meaning, _given(configuration, path) or usual)
-        for path, meaning, usual in _OF_A_SCENARIO
-    ]
-    found += [Assumption(*reading) for reading in _BUILT_IN]
-    return sorted(found, key=lambda item: item.mark != "F")
 
 
 def configuration_rows(configuration: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -102,38 +65,25 @@ def find_value(configuration: Mapping[str, Any], name: str, default: Any) -> Any
     return default
 
 
-def _marked(settings: type[BaseModel]) -> Iterator[tuple[str, str, str, str]]:
-    """Yield name, mark, meaning and default of the fields that are not the paper's."""
-    for name, field in settings.model_fields.items():
-        description = field.description or ""
-        found = _MARK.search(description)
-        if found:
-            meaning = _MARK.sub("", description).rstrip(".")
-            yield name, found[1], meaning, _text(field.default)
+def _in_this_run(each: Interpretation, used: list[tuple[str, Any]]) -> str:
+    """Say what holds, and the value of its setting in this run."""
+    found = [(name, value) for name, value in used if _is(name, each.setting)]
+    values = list(dict.fromkeys(_text(value) for _, value in found if value is not None))
+    if not each.setting or not values:
+        return each.here
+    if len(values) > 1:
+        values = [f"{_place(name)} {_text(value)}" for name, value in found]
+    return f"{each.here}. In this run: {', '.join(values)}"
 
 
-def _values(used: list[tuple[str, Any]], name: str) -> str:
-    values = {_text(value) for key, value in used if key.rsplit(".", 1)[-1] == name}
-    return ", ".join(sorted(values))
+def _is(name: str, setting: str) -> bool:
+    return (bool(setting) and f".{name}".endswith(f".{setting}")) or f".{setting}." in f".{name}"
 
 
-def _given(configuration: Mapping[str, Any], path: str) -> str:
-    """Return the value at a dotted path, empty if there is none."""
-    value: Any = configuration
-    for name in path.split("."):
-        value = value.get(name) if isinstance(value, Mapping) else None
-    if isinstance(value, Mapping):
-        return ", ".join(f"{name} {each:g}" for name, each in value.items())
-    return "" if value is None else f"{value:g}"
-
-
-def _preset_values(used: list[tuple[str, Any]], name: str) -> str:
-    found = []
-    for key, value in used:
-        parts = key.split(".")
-        if parts[-1] == name and len(parts) > 2 and parts[-3] == "presets":
-            found.append(f"{parts[-2]} {_text(value)}")
-    return ", ".join(found)
+def _place(name: str) -> str:
+    """Return the part of a dotted name that tells equal settings apart: a preset, an agent."""
+    parts = name.split(".")
+    return parts[-2] if len(parts) > 1 else parts[-1]
 
 
 def _leaves(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.demand import Ties
 from dmil.errors import InputError
+from dmil.interpretations import mark
 from dmil.network.grid import ENTRY_LINK_TIME_S, LINK_TIME_S
 from dmil.network.sumo.reader import Phases
 from dmil.scenarios.calibration import load_calibration
@@ -73,7 +74,8 @@ class GridChanges(BaseModel):
         ge=0,
         le=LONGEST_LINK_S,
         allow_inf_nan=False,
-        description=f"Seconds on a link between intersections, by default {LINK_TIME_S:g} [A].",
+        description=f"Seconds on a link between intersections, by default {LINK_TIME_S:g} "
+        f"{mark('grid.link_time_s')}.",
     )
     entry_link_time_s: float | None = Field(
         None,
@@ -81,7 +83,7 @@ class GridChanges(BaseModel):
         le=LONGEST_LINK_S,
         allow_inf_nan=False,
         description="Seconds on an entry link and on an exit link, by default "
-        f"{ENTRY_LINK_TIME_S:g} [A].",
+        f"{ENTRY_LINK_TIME_S:g} {mark('grid.entry_link_time_s')}.",
     )
 
 

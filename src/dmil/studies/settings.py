@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from dmil.controllers.settings import DualMemorySettings, SarsaSettings
 from dmil.demand import Ties
 from dmil.errors import InputError
+from dmil.interpretations import mark
 from dmil.network.grid import ENTRY_LINK_TIME_S, LINK_TIME_S
 from dmil.rewards import PAPER_CONSTANTS, RewardConstants
 from dmil.scenarios.demand_changes import DemandChanges
@@ -30,13 +31,22 @@ class Preset(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     epsilon_decay: float = Field(
-        1.0, gt=0, le=1, description="Factor on ε after every decision of the test [F below 1]."
+        1.0,
+        gt=0,
+        le=1,
+        description="Factor on ε after every decision of the test; below 1 "
+        f"{mark('epsilon_decay')}.",
     )
     training_factor: int = Field(
-        1, ge=1, description="T_train / T_sim, length of the training phase [P 1, F above]."
+        1,
+        ge=1,
+        description="T_train / T_sim, length of the training phase; above 1 "
+        f"{mark('training_factor')}.",
     )
     no_memory_embedding: str = Field(
-        "exact", description="Classes of the agent that the table calls 'No Memory' [F simple]."
+        "exact",
+        description="Classes of the agent that the table calls 'No Memory'; but for exact "
+        f"{mark('no_memory_embedding')}.",
     )
 
 
@@ -63,10 +73,13 @@ class PaperStudySettings(BaseModel):
     grids: tuple[str, ...] = Field(
         ("1x1", "3x3", "5x5"), min_length=1, description="Grids, ROWSxCOLUMNS [P]."
     )
-    seeds: int = Field(30, ge=1, description="Runs per cell; seeds 0, 1, … [P 30].")
+    seeds: int = Field(30, ge=1, description=f"Runs per cell; seeds 0, 1, … {mark('seeds')}.")
     first_seed: int = Field(0, ge=0, le=LARGEST_SEED, description="First of the seeds.")
     horizon_s: int = Field(
-        300, ge=20, le=LONGEST_RUN_S, description="T_sim, length of a run in s [A]."
+        300,
+        ge=20,
+        le=LONGEST_RUN_S,
+        description=f"T_sim, length of a run in s {mark('horizon_s')}.",
     )
     load: float = Field(
         1.0,
@@ -79,7 +92,7 @@ class PaperStudySettings(BaseModel):
         "straight",
         description="What decides between equally short ways: straight (straight on first, which "
         "leaves one way per pair of nodes) or coin (at every place a fair coin, drawn in "
-        "advance) [A].",
+        f"advance) {mark('ties')}.",
     )
     rewards: tuple[str, ...] = Field(
         ("default", "diffusion", "entropy"), min_length=1, description="Rewards [P]."
@@ -92,9 +105,11 @@ class PaperStudySettings(BaseModel):
         min_length=1,
         description="Readings of the complex classes; the first stands in the paper's table, the "
         "others beside it: complex adds rotation and scale to simple, as the text says, "
-        "complex-scaled has simple's tolerance after scaling only.",
+        f"complex-scaled has simple's tolerance after scaling only {mark('complex_readings')}.",
     )
-    training_epsilon: float = Field(0.1, ge=0, le=1, description="ε_train of the dummy agent [P].")
+    training_epsilon: float = Field(
+        0.1, ge=0, le=1, description=f"ε_train of the dummy agent {mark('training_epsilon')}."
+    )
     equal_epsilon: bool = Field(
         True, description="Also run SARSA with the memory-based agents' ε: all at equal ε."
     )
@@ -107,7 +122,8 @@ class PaperStudySettings(BaseModel):
     )
     timing: TimingChanges = Field(
         TimingChanges(decision_interval_s=10),
-        description="When signals may change; the decision interval is t_a [P 10].",
+        description="When signals may change; the decision interval is t_a "
+        f"{mark('timing.decision_interval_s')}.",
     )
     dynamics: DynamicsChanges = Field(
         DynamicsChanges(saturation_flow_veh_per_s=1.0),
