@@ -437,6 +437,13 @@ INTERPRETATIONS: tuple[Interpretation, ...] = (
             "--set communication=true",
         ),
         (
+            "a short-term memory that comes back",
+            OPEN,
+            "its rows enter an emptied one as if they were learned then, oldest first, and are "
+            "staged when it is full (not by default: only long-term memory is sent)",
+            "ours",
+        ),
+        (
             "averaging",
             "“averaging the Q-values”; in §III over all N agents",
             "union of the classes, mean per class and action over the agents that have a value: "
@@ -465,7 +472,7 @@ INTERPRETATIONS: tuple[Interpretation, ...] = (
         (
             "trigger",
             "periodic; “advanced triggering” is future work",
-            "periodic; by new entries, by change of values, by staging are offered",
+            "periodic; new entries, change of values and staging are offered",
             "P",
             "trigger",
             "--set trigger=…",
@@ -473,7 +480,8 @@ INTERPRETATIONS: tuple[Interpretation, ...] = (
         (
             "delay and loss of messages",
             "“synchronization delay effects” are future work",
-            "none; both are offered",
+            "none; offered: an agent takes the answer over when it arrives, and keeps what the "
+            "answer lacks",
             "P",
             "communication_delay_s",
             "--set communication_delay_s=…, --set message_loss=…",
@@ -481,7 +489,8 @@ INTERPRETATIONS: tuple[Interpretation, ...] = (
         (
             "predictions from neighbours",
             "future work",
-            "none; offered",
+            "none; offered: states count those who approach, and those whom neighbours send if "
+            "all signals stay",
             "P",
             "announced",
             "--set announced=true",

@@ -14,14 +14,9 @@ from dmil.controllers.settings import DualMemorySettings, SarsaSettings
 from dmil.memory import ABSENT
 from dmil.seeding import stream
 from dmil.symmetry import EMBEDDINGS
+from tests.differential.plain_merges import copied, union_of_bests, union_of_values
 from tests.differential.test_learner_options import CappedTwin, drive
-from tests.differential.test_learners import (
-    DualTwin,
-    SarsaTwin,
-    copied,
-    union_of_bests,
-    union_of_values,
-)
+from tests.differential.test_learners import DualTwin, SarsaTwin
 
 
 class Exchanging:

@@ -15,15 +15,13 @@ from dmil.scenarios import SignalTiming
 from dmil.seeding import stream
 from dmil.simulation import Observation
 from dmil.symmetry import EMBEDDINGS
+from tests.differential.plain_merges import best_of, copied, union_of_bests
 from tests.differential.test_learners import (
     DualTwin,
     SarsaTwin,
-    best_of,
-    copied,
     pick,
     sizes_of,
     table_of,
-    union_of_bests,
 )
 from tests.differential.test_memory_admission import PlainAdmission
 

@@ -19,6 +19,7 @@ from dmil.scenarios import SignalTiming
 from dmil.seeding import stream
 from dmil.simulation import Observation
 from dmil.symmetry import EMBEDDINGS
+from tests.differential.plain_merges import best_of, copied, union_of_bests, union_of_values
 
 INTERVAL_S = 10
 
@@ -190,48 +191,6 @@ class DualTwin(Twin):
     def memory(self):
         short = [[(row["key"], row["q"]) for row in rows] for rows in self.short]
         return short, [[(row["key"], {row["a"]: row["q"]}) for row in rows] for rows in self.long]
-
-
-def union_of_values(classes, tables):
-    """Return the union of the classes, with the mean of each action over those who tried it."""
-    union = []
-    for table in tables:
-        for row in table:
-            goal, image = classes.find_or_append(union, row["key"], {"votes": None})
-            goal["votes"] = goal["votes"] or {}
-            for action, q in row["q"].items():
-                goal["votes"].setdefault(image[action], []).append(q)
-    for row in union:
-        row["q"] = {a: mean(votes) for a, votes in row.pop("votes").items()}
-    return union
-
-
-def union_of_bests(classes, tables):
-    """Return the union of the classes, with the best of the means of the actions voted for."""
-    union = union_of_values(
-        classes,
-        [[{"key": row["key"], "q": {row["a"]: row["q"]}} for row in table] for table in tables],
-    )
-    for row in union:
-        row["a"] = best_of(row["q"])
-        row["q"] = row["q"][row["a"]]
-    return union
-
-
-def best_of(values):
-    """Return the action of the highest value, the first of equals."""
-    return min(values, key=lambda action: (-values[action], action))
-
-
-def mean(votes):
-    total = 0.0
-    for vote in votes:
-        total += vote
-    return total / len(votes)
-
-
-def copied(rows):
-    return [dict(row) for row in rows]
 
 
 def table_of(table, sizes):
