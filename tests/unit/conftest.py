@@ -12,7 +12,7 @@ from tests.unit.made_up_resco import write_resco_study
 
 WAIT = {"default": 0.2, "entropy": 0.1, "diffusion": 0.1, None: 1.0}
 ARRIVED = {"default": 0.6, "entropy": 0.9, "diffusion": 0.9, None: 1.0}
-CLASSES = {"exact": 1.0, "simple": 0.8, "complex": 0.7, None: 1.0}
+CLASSES = {"exact": 1.0, "simple": 0.8, "complex": 0.7, "complex-scaled": 0.75, None: 1.0}
 BASELINES = {
     "longest-queue-first": 0.045,
     "max-pressure": 0.047,
@@ -22,16 +22,21 @@ BASELINES = {
 
 
 def cells_of_a_study(rewards=("default", "entropy", "diffusion")):
-    """The 46 cells of the paper's study on one grid: 14 per reward and four baselines."""
+    """The cells of the paper's study on one grid: 18 per reward, one variant, four baselines."""
     sarsa = product(("simple", "complex"), (False, True), (0.6, 0.4))
     agents = [("sarsa", "exact", False, 0.6), ("sarsa", "exact", False, 0.4)]
     agents += [("sarsa", *rest) for rest in sarsa]
-    agents += [("dual-memory", *r, 0.4) for r in product(("simple", "complex"), (False, True))]
+    classes = ("simple", "complex", "complex-scaled")
+    agents += [("sarsa", "complex-scaled", communication, 0.6) for communication in (False, True)]
+    agents += [("dual-memory", *r, 0.4) for r in product(classes, (False, True))]
     names = ("controller", "embedding", "communication", "epsilon")
     for reward, agent in product(rewards, agents):
-        yield {"reward": reward, **dict(zip(names, agent, strict=True))}
+        yield {"reward": reward, **dict(zip(names, agent, strict=True)), "variant": None}
+        if reward == "entropy" and agent == ("dual-memory", "complex", True, 0.4):
+            yield {"reward": reward, **dict(zip(names, agent, strict=True)), "variant": "sent=both"}
     for baseline in BASELINES:
-        yield {"reward": None, **dict(zip(names, (baseline, None, False, None), strict=True))}
+        agent = dict(zip(names, (baseline, None, False, None), strict=True))
+        yield {"reward": None, **agent, "variant": None}
 
 
 def expected(cell, scenario):
@@ -45,7 +50,7 @@ def expected(cell, scenario):
         wait *= 2
     if size == 1 and cell["controller"] == "dual-memory":
         wait *= 1.6
-    slope = {"exact": 0.9, "simple": 0.5, "complex": 0.2}[cell["embedding"]]
+    slope = {"exact": 0.9, "simple": 0.5}.get(cell["embedding"], 0.2)
     dual = cell["controller"] == "dual-memory"
     return {
         "wait": wait,
@@ -127,8 +132,10 @@ def _runs(key, wait, arrived, spawned, means):
         "travel_time_s": wait * arrived + 30,
         "throughput_veh_per_h": arrived * 12.0,
         "entries_per_agent": np.full(seeds, entries),
-        "entries_total": np.full(seeds, int(entries)),
+        "entries_total": np.full(seeds, int(entries) * (1 if key["communication"] else 9)),
         "bytes_total": np.full(seeds, int(64 * entries)),
+        "messages": np.full(seeds, 100 * key["communication"]),
+        "exchanged_bytes": np.full(seeds, 5000 * key["communication"]),
         "msize_per_agent": np.full(seeds, 8 * entries),
         "status": ["ok"] * seeds,
     }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -23,6 +23,7 @@ CELL: tuple[str, ...] = (
     "embedding",
     "communication",
     "epsilon",
+    "variant",
 )
 
 #: All states that an agent stores, as SQL over the columns of ``series``.
@@ -98,8 +99,8 @@ class Cells:
     ) -> int | None:
         """Return the number of a learning agent's cell, None if it was not run."""
         a = architecture
-        key = (preset, scenario, reward, a.controller, a.embedding, a.communication, a.epsilon)
-        return self._numbers.get(key)
+        name = (preset, scenario, reward)
+        return self._numbers.get((*name, *astuple(a)))
 
     def baseline(self, preset: str, scenario: str, controller: str) -> int | None:
         """Return the number of a baseline's cell, None if it was not run.
@@ -107,7 +108,7 @@ class Cells:
         A baseline does not depend on the preset: if the preset has none, another's stands in.
         """
         for name in (preset, *self.presets):
-            number = self._numbers.get((name, scenario, None, controller, None, False, None))
+            number = self._numbers.get((name, scenario, None, controller, None, False, None, None))
             if number is not None:
                 return number
         return None

@@ -122,10 +122,19 @@ def _judged(cells: Cells, preset: str, statement: Statement) -> tuple[object, ..
 def _answer(cells: Cells, preset: str, question: Question) -> _Answer:
     comparisons = question.choose(cells, preset)
     evidence = evaluate(cells, comparisons, question.relation, question.threshold)
-    return _Answer(question, evidence, *_verdict(evidence, question.quantifier))
+    return _Answer(question, evidence, *verdict_of(evidence, question.quantifier))
 
 
-def _verdict(evidence: Sequence[Evidence], quantifier: str) -> tuple[bool | None, str]:
+def verdict_of(evidence: Sequence[Evidence], quantifier: str) -> tuple[bool | None, str]:
+    """Say whether a question holds, and how a reader should be told (ours).
+
+    Parameters
+    ----------
+    evidence
+        Its comparisons.
+    quantifier
+        "all" or "any" of them have to show it.
+    """
     if not evidence:
         return None, "not run"
     if min(one.seeds for one in evidence) < FEWEST_SEEDS:

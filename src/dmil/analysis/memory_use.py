@@ -36,7 +36,11 @@ def memory_table(results: Results | Cells) -> pl.DataFrame:
             for reward in cells.rewards:
                 rows += [(preset, scenario, reward, agent) for agent in agents]
                 numbers += [cells.find(preset, scenario, reward, agents[agent]) for agent in agents]
-    table = pl.DataFrame(rows, schema=["preset", "scenario", "reward", "agent"], orient="row")
+    table = pl.DataFrame(
+        rows,
+        schema=dict.fromkeys(("preset", "scenario", "reward", "agent"), pl.String()),
+        orient="row",
+    )
     columns = {
         name: series_of(seed_means(cells.columns(measure, numbers)))
         for name, measure in (

@@ -47,12 +47,15 @@ class Architecture:
         Whether a central unit synchronises the memories.
     epsilon
         Exploration rate at time 0.
+    variant
+        One more option; None for the paper's own.
     """
 
     controller: str
     embedding: str
     communication: bool
     epsilon: float
+    variant: str | None = None
 
 
 def is_of(architecture: Architecture, row: Mapping[str, Any]) -> bool:

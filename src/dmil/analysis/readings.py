@@ -49,7 +49,9 @@ def complex_readings(results: Results | Cells) -> pl.DataFrame:
         relative=True,
     )
     table = pl.DataFrame(
-        rows, schema=["preset", "scenario", "reward", "column", "reading"], orient="row"
+        rows,
+        schema=dict.fromkeys(("preset", "scenario", "reward", "column", "reading"), pl.String()),
+        orient="row",
     )
     table = pl.concat([table, headline_estimates(cells, numbers, "readings")], how="horizontal")
     table = table.with_columns(**percent_columns("vs_first_reading", difference))

@@ -147,7 +147,7 @@ def at_equal_epsilon(first: str, second: str) -> Choose:
 def learners_against_baselines(cells: Cells, preset: str) -> Iterator[Comparison]:
     """Compare every learning cell with longest queue first and with max-pressure."""
     for number, row in enumerate(cells.table.iter_rows(named=True)):
-        if row["preset"] != preset or row["controller"] not in LEARNERS:
+        if row["preset"] != preset or row["controller"] not in LEARNERS or row["variant"]:
             continue
         shared = " + communication" if row["communication"] else ""
         name = f"{row['controller']} {row['embedding']}{shared}, {row['reward']}"

@@ -8,6 +8,7 @@ import polars as pl
 
 from dmil.analysis.cells import Cells, cells_of
 from dmil.analysis.claims import claims
+from dmil.analysis.exchange import exchange_table
 from dmil.analysis.memory_use import memory_table
 from dmil.analysis.readings import cells_reproduced, complex_readings
 from dmil.analysis.tables import paper_table, sensitivity, summary
@@ -22,9 +23,9 @@ class Tables:
     ----------
     cells: Cells
         Its cells, seed by seed.
-    summary, paper, sensitivity, readings, reproduced, memory, claims: polars.DataFrame
+    summary, paper, sensitivity, readings, reproduced, memory, exchange, claims: polars.DataFrame
         See the functions `summary`, `paper_table`, `sensitivity`, `complex_readings`,
-        `cells_reproduced`, `memory_table` and `claims`.
+        `cells_reproduced`, `memory_table`, `exchange_table` and `claims`.
     """
 
     cells: Cells
@@ -34,6 +35,7 @@ class Tables:
     readings: pl.DataFrame
     reproduced: pl.DataFrame
     memory: pl.DataFrame
+    exchange: pl.DataFrame
     claims: pl.DataFrame
 
 
@@ -55,5 +57,6 @@ def tables_of(results: Results) -> Tables:
         readings=readings,
         reproduced=cells_reproduced(paper, readings),
         memory=memory_table(cells),
+        exchange=exchange_table(cells),
         claims=claims(cells),
     )

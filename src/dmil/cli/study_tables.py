@@ -92,7 +92,8 @@ def claim_lines(judged: pl.DataFrame, preset: str) -> list[Text]:
         line = Text()
         line.append(f"{row['outcome']:{width}}", style=_COLOURS.get(row["outcome"], "dim"))
         ours = " (ours)" if row["source"] == "ours" else ""
-        line.append(f"  {row['sentence']}{ours}")
+        place = f"{row['place']}, " if row["source"] == "table" else ""
+        line.append(f"  {place}{row['sentence']}{ours}")
         if row["verdict"] != row["outcome"]:
             line.append(f" [{row['verdict']}]", style="dim")
         lines.append(line)

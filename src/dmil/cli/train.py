@@ -143,7 +143,10 @@ def train(settings: TrainParameters, json: bool) -> None:
         controller = controller_of(before, scenario.network, where=str(settings.resume))
     elif settings.prior and _begins_from_prior(settings.controller.name):
         with waiting("training the dummy agent"):
-            prior = train_prior(scenario, reward, settings.seed, simulator=simulator)
+            announced = bool(options.get("announced", False))
+            prior = train_prior(
+                scenario, reward, settings.seed, announced=announced, simulator=simulator
+            )
         made = make_controller(settings.controller.name, options, prior=prior)
         assert isinstance(made, MemoryController)
         controller = made

@@ -7,9 +7,22 @@ from dataclasses import dataclass
 from typing import Any
 
 from dmil.interpretations import INTERPRETATIONS, MEANING, Interpretation
+from dmil.studies.settings import PRESETS, PaperStudySettings
 
 #: What the report lists: all that the paper does not state.
 _ORDER = ("F", "A", "corrected", "ours")
+
+#: What a study covers, as against how it runs.
+_EXTENT = {
+    "seeds",
+    "first_seed",
+    "grids",
+    "presets",
+    "rewards",
+    "equal_epsilon",
+    "complex_readings",
+    "variants",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,10 +57,12 @@ def assumptions(configuration: Mapping[str, Any]) -> list[Assumption]:
     configuration
         ``configuration`` of a manifest; settings that it lacks have their defaults.
     """
-    used = list(_leaves(configuration))
+    differs = changed(configuration)
     listed = [each for each in INTERPRETATIONS if each.mark in _ORDER]
     return [
-        Assumption(MEANING[each.mark], each.topic, each.what, each.paper, _in_this_run(each, used))
+        Assumption(
+            MEANING[each.mark], each.topic, each.what, each.paper, _in_this_run(each, differs)
+        )
         for each in sorted(listed, key=lambda each: _ORDER.index(each.mark))
     ]
 
@@ -65,25 +80,39 @@ def find_value(configuration: Mapping[str, Any], name: str, default: Any) -> Any
     return default
 
 
-def _in_this_run(each: Interpretation, used: list[tuple[str, Any]]) -> str:
-    """Say what holds, and the value of its setting in this run."""
-    found = [(name, value) for name, value in used if _is(name, each.setting)]
-    values = list(dict.fromkeys(_text(value) for _, value in found if value is not None))
-    if not each.setting or not values:
-        return each.here
-    if len(values) > 1:
-        values = [f"{_place(name)} {_text(value)}" for name, value in found]
-    return f"{each.here}. In this run: {', '.join(values)}"
+def changed(configuration: Mapping[str, Any]) -> dict[str, str]:
+    """Return dotted names and values of a study that are not those of the paper's study (ours).
+
+    Which seeds, grids, presets, rewards and extra runs a study has is left out: its runs are
+    comparable with the paper's all the same.
+
+    Parameters
+    ----------
+    configuration
+        ``configuration`` of a manifest; names that the paper's study does not have are left out.
+    """
+    presets = {name: preset.model_dump() for name, preset in PRESETS.items()}
+    usual = dict(_leaves(PaperStudySettings().model_dump(mode="json") | {"presets": presets}))
+    return {
+        name: _text(value)
+        for name, value in _leaves(configuration)
+        if name in usual and usual[name] != value and name not in _EXTENT
+    } | {
+        name: _text(value)
+        for name, value in _leaves(configuration.get("demand", {}), "demand")
+        if value is not None
+    }
 
 
-def _is(name: str, setting: str) -> bool:
-    return (bool(setting) and f".{name}".endswith(f".{setting}")) or f".{setting}." in f".{name}"
-
-
-def _place(name: str) -> str:
-    """Return the part of a dotted name that tells equal settings apart: a preset, an agent."""
-    parts = name.split(".")
-    return parts[-2] if len(parts) > 1 else parts[-1]
+def _in_this_run(each: Interpretation, differs: Mapping[str, str]) -> str:
+    """Say what holds, and where this run has another value."""
+    setting = f".{each.setting}"
+    found = [
+        f"{name} {value}"
+        for name, value in differs.items()
+        if each.setting and (f".{name}".endswith(setting) or f".{name}".startswith(f"{setting}."))
+    ]
+    return f"{each.here}. In this run: {', '.join(found)}" if found else each.here
 
 
 def _leaves(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:

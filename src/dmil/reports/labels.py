@@ -49,7 +49,8 @@ def architecture_label(row: dict[str, Any]) -> str:
         return name
     shared = " + comm." if row["communication"] else ""
     epsilon = f"{row['epsilon']:g}".replace("0.", ".", 1)
-    return f"{name} {row['embedding']}{shared}, ε {epsilon}"
+    variant = f", {row['variant']}" if row["variant"] else ""
+    return f"{name} {row['embedding']}{shared}, ε {epsilon}{variant}"
 
 
 def family(row: dict[str, Any]) -> str:

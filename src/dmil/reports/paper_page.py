@@ -14,7 +14,7 @@ from dmil.analysis.cells import BASELINES, PRESET_ORDER, Cells
 from dmil.analysis.claims import FEWEST_SEEDS
 from dmil.analysis.paper import NO_MEMORY, PAPER_COLUMNS, SOURCE, scenario_label
 from dmil.errors import unknown_name
-from dmil.reports.assumptions import assumptions, configuration_rows, find_value
+from dmil.reports.assumptions import assumptions, changed, configuration_rows
 from dmil.reports.figure import Figure
 from dmil.reports.files import csv, evidence_csv, paper_table_latex
 from dmil.reports.gallery import gallery
@@ -92,6 +92,7 @@ def _table_files(tables: Tables) -> dict[str, str | bytes]:
         "tables/complex_readings.csv": csv(tables.readings),
         "tables/cells_reproduced.csv": csv(tables.reproduced),
         "tables/memory.csv": csv(tables.memory),
+        "tables/exchange.csv": csv(tables.exchange),
         "tables/claims.csv": csv(tables.claims),
         "tables/claims_evidence.csv": evidence_csv(tables.claims),
     }
@@ -113,7 +114,7 @@ def _page(results: Results, tables: Tables, figures: list[Figure], preset: str) 
         seeds=cells.seeds,
         few_seeds=FEW_SEEDS,
         fewest_seeds=FEWEST_SEEDS,
-        load=find_value(configuration, "load", 1.0),
+        changed=changed(configuration),
         paper_source=SOURCE,
         paper_columns=PAPER_COLUMNS,
         baselines=[name for name in BASELINES if name in tables.summary["controller"]],
@@ -125,6 +126,7 @@ def _page(results: Results, tables: Tables, figures: list[Figure], preset: str) 
         no_memory={
             name: cells.reading.architecture(NO_MEMORY, name).embedding for name in cells.presets
         },
+        exchange=tables.exchange.rows(named=True),
         memory=tables.memory.filter(pl.col("preset") == preset).rows(named=True),
         reproduced=tables.reproduced.rows(named=True),
         reading_names=tables.readings["reading"].unique(maintain_order=True).to_list(),
@@ -171,7 +173,11 @@ def _best(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
     rows = []
     chosen = table.filter(pl.col("preset") == preset)
     for scenario in chosen["scenario"].unique(maintain_order=True):
-        learned = chosen.filter((pl.col("scenario") == scenario) & pl.col("reward").is_not_null())
+        learned = chosen.filter(
+            pl.col("scenario") == scenario,
+            pl.col("reward").is_not_null(),
+            pl.col("variant").is_null(),
+        )
         if learned.is_empty():
             continue
         row = learned.sort("w_over_vc_mean").row(0, named=True)

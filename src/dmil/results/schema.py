@@ -78,6 +78,13 @@ _EPSILON = Column(
     "epsilon", _REAL, "probability", "Exploration rate at time 0; null for baselines."
 )
 
+_VARIANT = Column(
+    "variant",
+    _TEXT,
+    "",
+    "One more option of the controller, as trigger=staging; null for the paper's own.",
+)
+
 #: Columns of ``runs.parquet``.
 RUNS: tuple[Column, ...] = (
     Column("study", _TEXT, "", "Name of the study.", False),
@@ -90,6 +97,7 @@ RUNS: tuple[Column, ...] = (
     _COMMUNICATION,
     _REWARD,
     _EPSILON,
+    _VARIANT,
     _SIMULATOR,
     _TRAINED_IN,
     Column("horizon_s", _WHOLE, "s", "Length of the run.", False),
@@ -157,6 +165,7 @@ SERIES: tuple[Column, ...] = (
     _COMMUNICATION,
     _REWARD,
     _EPSILON,
+    _VARIANT,
     _SIMULATOR,
     Column("time_s", _WHOLE, "s", "Time of the decision, or the horizon.", False),
     Column("arrived_veh", _WHOLE, "vehicles", "V_c: vehicles at their destination by then."),
@@ -234,6 +243,7 @@ RUN_KEY: tuple[str, ...] = (
     "communication",
     "reward",
     "epsilon",
+    "variant",
     "simulator",
     "trained_in",
     "horizon_s",
@@ -248,6 +258,7 @@ SERIES_KEY: tuple[str, ...] = (
     "communication",
     "reward",
     "epsilon",
+    "variant",
     "simulator",
     "time_s",
 )

@@ -8,11 +8,12 @@ from functools import lru_cache
 from typing import Any
 
 from dmil.controllers import Controller, MemoryUse, Prior, make_controller
+from dmil.controllers.variants import read_options
 from dmil.rewards import PAPER_CONSTANTS, Reward, make_reward
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.simulation import Measures, QueueSimulator
-from dmil.studies.plan import Architecture, Block, architectures, training_s
+from dmil.studies.plan import Architecture, Block, architectures, training_s, variants
 from dmil.studies.settings import PRESETS, PaperStudySettings
 from dmil.training import Run, evaluate, train_prior, vehicles_of_seed
 
@@ -48,18 +49,22 @@ def run_block(settings: PaperStudySettings, block: Block) -> BlockResult:
     )
     rewards = {name: _reward(settings, name) for name in settings.rewards}
     vehicles = vehicles_of_seed(test, block.seed)
+    plan = [*architectures(settings), *variants(settings, block)]
     priors = {
-        reward: train_prior(
+        (reward, announced): train_prior(
             training,
             rewards[reward],
             block.seed,
             epsilon=settings.training_epsilon,
+            announced=announced,
             simulator=training_simulator,
         )
-        for reward in settings.rewards
+        for reward, announced in dict.fromkeys(
+            (each.reward, _announced(each)) for each in plan if each.reward
+        )
     }
     runs, series = [], []
-    for architecture in architectures(settings):
+    for architecture in plan:
         reward = architecture.reward or settings.rewards[0]
         learns = architecture.reward is not None
         identity = _identity(block, architecture)
@@ -70,7 +75,8 @@ def run_block(settings: PaperStudySettings, block: Block) -> BlockResult:
             "training_s": training.horizon_s if learns else None,
         }
         try:
-            controller = _controller(settings, block.preset, architecture, priors[reward])
+            prior = priors.get((reward, _announced(architecture)))
+            controller = _controller(settings, block.preset, architecture, prior)
             result = evaluate(simulator, controller, vehicles, rewards[reward], block.seed)
         except Exception as error:
             runs.append(row | {"status": f"{type(error).__name__}: {error}"})
@@ -136,7 +142,7 @@ def _identity(block: Block, architecture: Architecture) -> Row:
 
 
 def _controller(
-    settings: PaperStudySettings, preset: str, architecture: Architecture, prior: Prior
+    settings: PaperStudySettings, preset: str, architecture: Architecture, prior: Prior | None
 ) -> Controller:
     if architecture.reward is None:
         return make_controller(architecture.controller)
@@ -146,8 +152,19 @@ def _controller(
         "communication": architecture.communication,
         "epsilon": architecture.epsilon,
         "epsilon_decay": PRESETS[preset].epsilon_decay,
+        **_options(architecture),
     }
     return make_controller(architecture.controller, options, prior=prior)
+
+
+def _options(architecture: Architecture) -> dict[str, Any]:
+    """Return the options of a variant."""
+    return read_options([architecture.variant] if architecture.variant else [], where="variant")
+
+
+def _announced(architecture: Architecture) -> bool:
+    """Tell whether states count what neighbours announce: the start table has to do the same."""
+    return bool(_options(architecture).get("announced", False))
 
 
 def _reward(settings: PaperStudySettings, name: str) -> Reward:

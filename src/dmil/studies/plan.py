@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from itertools import product
 
 from dmil.studies.settings import PRESETS, PaperStudySettings
@@ -22,6 +23,8 @@ class Architecture:
         What it learns with; None for controllers that do not learn.
     communication: bool
         Whether its agents meet the central unit.
+    variant: str
+        One more option of its, such as ``trigger=staging``; None for the paper's own.
     """
 
     controller: str
@@ -29,6 +32,7 @@ class Architecture:
     communication: bool = False
     reward: str | None = None
     epsilon: float | None = None
+    variant: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +83,44 @@ def architectures(settings: PaperStudySettings) -> list[Architecture]:
             )
         ]
     return found + [Architecture(name) for name in BASELINES]
+
+
+VARIANTS: tuple[str, ...] = (
+    "communication_period_s=50",
+    "communication_period_s=200",
+    "trigger=entries",
+    "trigger=values",
+    "trigger=staging",
+    "sent=short",
+    "sent=both",
+    "communication_delay_s=50",
+    "communication_delay_s=100",
+    "message_loss=0.1",
+    "message_loss=0.5",
+    "announced=true",
+)
+"""What the paper mentions beside its own rule, or leaves to future work: when agents meet the
+central unit, what they send, answers that are late or lost, predictions from neighbours. Each is
+one option of the communicating agent on the complex classes."""
+
+
+def variants(settings: PaperStudySettings, block: Block) -> list[Architecture]:
+    """Return what a block runs beyond the paper's architectures: a small study in the large (ours).
+
+    Only blocks of the study's last preset on its largest grid have some, with one reward: entropy,
+    or the study's first.
+    """
+    sizes = {name: math.prod(map(int, name.split("x"))) for name in settings.grids}
+    largest = max(sizes, key=sizes.__getitem__)
+    here = block.preset == settings.presets[-1] and block.scenario == f"grid:{largest}"
+    if not (settings.variants and here and sizes[largest] > 1):
+        return []
+    reward = "entropy" if "entropy" in settings.rewards else settings.rewards[0]
+    own = Architecture(
+        "dual-memory", settings.complex_readings[0], True, reward, settings.dual_memory.epsilon
+    )
+    found = [replace(own, variant=variant) for variant in VARIANTS]
+    return [*found, replace(own, communication=False, variant="announced=true")]
 
 
 def training_s(settings: PaperStudySettings, preset: str) -> int:

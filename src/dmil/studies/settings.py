@@ -113,6 +113,11 @@ class PaperStudySettings(BaseModel):
     equal_epsilon: bool = Field(
         True, description="Also run SARSA with the memory-based agents' ε: all at equal ε."
     )
+    variants: bool = Field(
+        True,
+        description="Also run, on the largest grid, what the paper leaves to future work: other "
+        "triggers, other messages, delays and losses, predictions from neighbours.",
+    )
     sarsa: SarsaSettings = Field(
         SarsaSettings(),
         description="Non-memory agent; embedding, communication, ε decay are the study's.",

@@ -23,6 +23,7 @@ def train_prior(
     seed: int,
     *,
     epsilon: float = DUMMY_EPSILON,
+    announced: bool = False,
     simulator: Simulator | None = None,
 ) -> Prior:
     """Train the dummy agent: exact SARSA, one table for all agents of a shape (paper, §VI-B).
@@ -39,11 +40,15 @@ def train_prior(
         Master seed of the study's run.
     epsilon
         Chance of a random action.
+    announced
+        Whether states count what neighbours announce, as those of the agents that start from it.
     simulator
         Simulator of the scenario, to reuse one.
     """
     simulator = simulator or QueueSimulator(scenario)
-    dummy = SarsaController(SarsaSettings(embedding="exact", epsilon=epsilon, shared=True))
+    dummy = SarsaController(
+        SarsaSettings(embedding="exact", epsilon=epsilon, shared=True, announced=announced)
+    )
     vehicles = scenario.demand.vehicles(
         scenario.network, simulator.horizon_s, stream(seed, "training", "demand")
     )

@@ -11,7 +11,10 @@ from dmil.analysis import (
     sensitivity,
     summary,
 )
+from dmil.analysis.exchange import exchange_table
+from dmil.analysis.memory_use import memory_table
 from dmil.analysis.paper import intersections_of, scenario_label
+from dmil.analysis.readings import cells_reproduced, complex_readings
 from dmil.errors import InputError
 from dmil.results import Results
 
@@ -24,7 +27,7 @@ def study(make_study):
 
 def test_summary_has_one_row_per_cell_and_the_plain_mean(study):
     table = summary(study)
-    assert table.height == 2 * 46
+    assert table.height == 2 * 59
     expected = study.query(
         "select avg(w_over_vc), stddev(w_over_vc), avg(arrived_veh) from runs where preset ="
         " 'literal' and controller = 'dual-memory' and embedding = 'simple' and reward = 'default'"
@@ -102,7 +105,7 @@ def test_sensitivity_compares_presets_on_the_same_seeds(study):
 
 def test_curves_are_means_over_seeds(study):
     table = curves(study, "arrived_veh", "matched", "grid:3x3")
-    assert table.height == 46 * 31
+    assert table.height == 59 * 31
     expected = study.query(
         "select time_s, avg(arrived_veh) as mean from series where preset = 'matched' and"
         " controller = 'random' group by 1 order by 1"
@@ -122,6 +125,75 @@ def test_the_slope_of_memory_is_found(study):
         "literal", "grid:3x3", "entropy", Reading().architecture("Complex", "literal")
     )
     assert np.allclose(cells.measures["entries_per_decision"][:, dual], 0.1)
+
+
+def test_what_short_term_memory_adds_is_told_apart(study):
+    cells = cells_of(study)
+    number = cells.find(
+        "literal", "grid:3x3", "entropy", Reading().architecture("Complex", "literal")
+    )
+    slopes = {
+        name: cells.measures[f"{name}_per_decision"][:, number]
+        for name in ("entries", "long_entries", "short_entries")
+    }
+    assert np.allclose(slopes["long_entries"] + slopes["short_entries"], slopes["entries"])
+    table = memory_table(study)
+    rows = table.filter(
+        pl.col("preset") == "matched",
+        pl.col("scenario") == "grid:3x3",
+        pl.col("reward") == "entropy",
+    )
+    found = {row["agent"]: row for row in rows.iter_rows(named=True)}
+    assert list(found) == [
+        "SARSA exact",
+        "No Memory",
+        "Simple",
+        "Complex",
+        "Complex + communication",
+    ]
+    # 20 rows at the start, .1 more per decision, 14 of them in short-term memory at the end.
+    row = found["Complex"]
+    assert (row["first_long"], row["long"], row["entries"]) == (20, 9, 23)
+    assert row["long_slope"] + row["short_slope"] == pytest.approx(0.1)
+    assert (row["shared"], row["per_agent_total"]) == (9 * 23, 9 * 23)
+    assert found["Complex + communication"]["shared"] == 23
+    # Under literal "No Memory" is exact SARSA, which has one row.
+    assert "No Memory" not in table.filter(pl.col("preset") == "literal")["agent"].to_list()
+
+
+def test_readings_of_complex_stand_beside_each_other_and_the_paper(study):
+    table = complex_readings(study)
+    row = table.filter(
+        pl.col("preset") == "matched",
+        pl.col("reward") == "diffusion",
+        pl.col("column") == "Complex",
+        pl.col("reading") == "complex-scaled",
+    ).row(0, named=True)
+    assert row["vs_first_reading_pct"] == pytest.approx(100 * (0.75 / 0.7 - 1), abs=3)
+    assert (row["paper_mean"], row["within"]) == (0.08, abs(row["mean"] - 0.08) <= 0.01)
+    whole = paper_table(study)
+    counted = cells_reproduced(whole, table)
+    assert counted.rows()[0][:2] == ("literal", "complex")
+    for row in counted.iter_rows(named=True):
+        assert (row["cells"], row["complex_cells"]) == (12, 6)
+        own = whole.filter(pl.col("preset") == row["preset"])
+        if row["reading"] == "complex":
+            assert row["within"] == own["within"].sum()
+        assert 0 <= row["complex_within"] <= row["within"] <= 12
+
+
+def test_variants_stand_beside_the_papers_rule_and_none(study):
+    rows = exchange_table(study).filter(pl.col("preset") == "matched").rows(named=True)
+    assert [(row["communication"], row["variant"]) for row in rows] == [
+        (False, None),
+        (True, None),
+        (True, "sent=both"),
+    ]
+    assert [row["messages"] for row in rows] == [0, 100, 100]
+    assert rows[1]["vs_rule_pct"] == 0
+    assert rows[2]["vs_rule_pct"] == pytest.approx(0, abs=3)
+    columns = paper_table(study).filter(pl.col("column") == "Complex + communication")
+    assert rows[1]["mean"] in columns["mean"].to_list()
 
 
 def test_a_baseline_of_another_preset_stands_in(study, make_study):

@@ -6,7 +6,7 @@ import pytest
 
 from dmil.errors import InputError
 from dmil.studies import PRESETS, PaperStudySettings
-from dmil.studies.plan import BASELINES, architectures, blocks, training_s
+from dmil.studies.plan import BASELINES, VARIANTS, architectures, blocks, training_s, variants
 from dmil.studies.settings import check_horizon
 
 
@@ -16,6 +16,7 @@ def test_the_24_architectures_of_the_paper_are_all_there():
         for each in architectures(PaperStudySettings(equal_epsilon=False))
         if each.embedding in ("simple", "complex")
     ]
+    assert all(each.variant is None for each in found)
     assert len(found) == len(set(found)) == 24
     assert Counter(each.controller for each in found) == {"sarsa": 12, "dual-memory": 12}
     assert Counter(each.reward for each in found) == dict.fromkeys(
@@ -29,7 +30,33 @@ def test_every_agent_also_runs_at_equal_epsilon():
     found = architectures(PaperStudySettings())
     sarsa = {each for each in found if each.controller == "sarsa"}
     assert {each.epsilon for each in sarsa} == {0.6, 0.4}
-    assert Counter(each.epsilon for each in sarsa) == {0.6: 15, 0.4: 15}
+    # The second reading of the complex classes runs at the paper's ε alone.
+    assert Counter(each.epsilon for each in sarsa) == {0.6: 21, 0.4: 15}
+
+
+@pytest.mark.parametrize("first", ["complex", "complex-scaled"])
+def test_the_24_architectures_run_with_every_reading_of_the_complex_classes(first):
+    others = {"complex", "complex-scaled"} - {first}
+    settings = PaperStudySettings(complex_readings=(first, *others), equal_epsilon=False)
+    found = Counter(each.embedding for each in architectures(settings))
+    assert found["simple"] == found["complex"] == found["complex-scaled"] == 12
+    only = architectures(PaperStudySettings(complex_readings=(first,)))
+    assert {each.embedding for each in only} == {"exact", "simple", first, None}
+
+
+def test_variants_run_once_in_the_last_preset_on_the_largest_grid():
+    settings = PaperStudySettings(grids=("1x1", "3x3", "2x2"), seeds=1)
+    found = {block: variants(settings, block) for block in blocks(settings)}
+    (block,) = (block for block, plan in found.items() if plan)
+    assert (block.preset, block.scenario) == ("matched", "grid:3x3")
+    assert {each.reward for each in found[block]} == {"entropy"}
+    assert [each.variant for each in found[block]] == [*VARIANTS, "announced=true"]
+    assert not set(found[block]) & set(architectures(settings))
+    for other in (
+        PaperStudySettings(grids=("3x3",), variants=False),
+        PaperStudySettings(grids=("1x1",)),
+    ):
+        assert not any(variants(other, block) for block in blocks(other))
 
 
 def test_exact_sarsa_and_the_baselines_are_in_every_block():
