@@ -22,7 +22,7 @@ BASELINES = {
 
 
 def cells_of_a_study(rewards=("default", "entropy", "diffusion")):
-    """The cells of the paper's study on one grid: 18 per reward, one variant, four baselines."""
+    """The cells of the paper's study on one grid: 18 per reward, three variants, four baselines."""
     sarsa = product(("simple", "complex"), (False, True), (0.6, 0.4))
     agents = [("sarsa", "exact", False, 0.6), ("sarsa", "exact", False, 0.4)]
     agents += [("sarsa", *rest) for rest in sarsa]
@@ -32,8 +32,11 @@ def cells_of_a_study(rewards=("default", "entropy", "diffusion")):
     names = ("controller", "embedding", "communication", "epsilon")
     for reward, agent in product(rewards, agents):
         yield {"reward": reward, **dict(zip(names, agent, strict=True)), "variant": None}
-        if reward == "entropy" and agent == ("dual-memory", "complex", True, 0.4):
-            yield {"reward": reward, **dict(zip(names, agent, strict=True)), "variant": "sent=both"}
+    for variant in ("communication=false", "communication=true", "sent=both"):
+        if "entropy" in rewards:
+            communicates = variant != "communication=false"
+            agent = dict(zip(names, ("dual-memory", "complex", communicates, 0.4), strict=True))
+            yield {"reward": "entropy", **agent, "variant": variant}
     for baseline in BASELINES:
         agent = dict(zip(names, (baseline, None, False, None), strict=True))
         yield {"reward": None, **agent, "variant": None}
@@ -45,6 +48,8 @@ def expected(cell, scenario):
     if cell["reward"] is None:
         return {"wait": BASELINES[cell["controller"]], "arrived": 0.9, "start": 0.0, "slope": 0.0}
     wait = WAIT[cell["reward"]] * CLASSES[cell["embedding"]]
+    if cell["variant"] == "communication=false":
+        wait *= 1.2
     # Under the default reward the complex classes are a disadvantage, and so is one intersection.
     if cell["reward"] == "default" and cell["embedding"] == "complex":
         wait *= 2

@@ -198,15 +198,19 @@ def _rank(column: str, order: Sequence[str]) -> pl.Expr:
 
 
 def _growth(results: Results) -> pl.DataFrame:
-    """Entries of each run at its ends, and per decision by least squares over its decisions."""
+    """Entries of each run at its ends, and per decision by least squares over its decisions.
+
+    Sums are taken in order, so that the same runs give the same bytes.
+    """
     return results.query(
         f"""
         select {", ".join(CELL)}, seed,
             arg_min({LONG_ENTRIES}, decision) as first_long_entries,
             arg_max({LONG_ENTRIES}, decision) as long_entries,
-            regr_slope({ENTRIES}, decision) as entries_per_decision,
-            regr_slope({LONG_ENTRIES}, decision) as long_entries_per_decision,
-            regr_slope(coalesce(short_term_entries, 0), decision) as short_entries_per_decision
+            regr_slope({ENTRIES}, decision order by decision) as entries_per_decision,
+            regr_slope({LONG_ENTRIES}, decision order by decision) as long_entries_per_decision,
+            regr_slope(coalesce(short_term_entries, 0), decision order by decision)
+                as short_entries_per_decision
         from (select *, row_number() over (
                   partition by {", ".join(CELL)}, seed order by time_s) as decision from series)
         group by all

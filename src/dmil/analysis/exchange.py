@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import polars as pl
 
 from dmil.analysis.cells import Cells
-from dmil.analysis.paper import COMPLEX, COMPLEX_COMMUNICATION, is_of
-from dmil.analysis.tables import (
-    HEADLINE,
-    as_cells,
-    headline_estimates,
-    percent_columns,
-    seed_means,
-    series_of,
-)
+from dmil.analysis.selections import WAIT_UNDIVIDED
+from dmil.analysis.tables import as_cells, percent_columns, seed_means, series_of
 from dmil.results import Results
 from dmil.seeding import stream
-from dmil.statistics import paired_difference
+from dmil.statistics import mean_interval, paired_difference
 
-_KEYS = ("preset", "scenario", "reward", "communication", "variant")
+PAPER_RULE = "communication=true"
+"""The variant that is the paper's own: long-term memories, every T seconds."""
+
+_KEYS = ("preset", "scenario", "reward", "variant")
 _MEANS = {
+    "horizon_s": "horizon_s",
     "entries": "entries_per_agent",
     "entries_total": "entries_total",
     "messages": "messages",
@@ -30,56 +25,52 @@ _MEANS = {
 
 
 def exchange_table(results: Results | Cells) -> pl.DataFrame:
-    """Return every variant of the communication beside the paper's rule and beside none (ours).
+    """Return every variant of what agents exchange beside the paper's own rule (ours).
 
     Returns
     -------
-    One row per variant, in front of them those without communication and with the paper's rule:
-    ``preset``, ``scenario``, ``reward``, ``communication``, ``variant`` (null for the paper's own);
-    W/V_c as ``mean``, ``sd``, ``low``, ``high``, ``n``; its paired relative difference in % to the
-    paper's rule, with its interval; means over seeds of ``entries`` per agent, ``entries_total``
-    (what all share counted once), ``messages`` and ``exchanged_bytes``. Empty without variants.
+    One row per variant: ``preset``, ``scenario``, ``reward``, ``variant``, ``horizon_s``; W in s as
+    ``mean``, ``low``, ``high``, ``n``; its paired relative difference in % to the paper's rule
+    (``communication=true``), with its interval; means over seeds of ``entries`` per agent,
+    ``entries_total`` (what all share counted once), ``messages`` and ``exchanged_bytes``. Empty
+    without variants.
     """
     cells = as_cells(results)
-    varied = cells.table.filter(pl.col("variant").is_not_null())
-    rows: list[list[object]] = []
-    numbers: list[int] = []
-    partners: list[int | None] = []
-    for preset, scenario, reward in varied.select(_KEYS[:3]).unique(maintain_order=True).rows():
-        own = [
-            cells.reading.architecture(column, preset)
-            for column in (COMPLEX, COMPLEX_COMMUNICATION)
-        ]
-        chosen = [cells.find(preset, scenario, reward, each) for each in own]
-        chosen += [
-            number
-            for number, row in enumerate(cells.table.iter_rows(named=True))
-            if row["variant"]
-            and (row["preset"], row["scenario"], row["reward"]) == (preset, scenario, reward)
-            and any(is_of(replace(each, variant=row["variant"]), row) for each in own)
-        ]
-        for number in chosen:
-            if number is not None:
-                row = cells.table.row(number, named=True)
-                rows.append([row[name] for name in _KEYS])
-                numbers.append(number)
-                partners.append(chosen[1])
+    rows = [
+        (number, *(row[name] for name in _KEYS))
+        for number, row in enumerate(cells.table.iter_rows(named=True))
+        if row["variant"] is not None
+    ]
+    known = {row[1:]: row[0] for row in rows}
+    numbers = [row[0] for row in rows]
+    partners = [known.get((*row[1:-1], PAPER_RULE)) for row in rows]
     table = pl.DataFrame(
-        rows, schema={name: cells.table.schema[name] for name in _KEYS}, orient="row"
+        [row[1:] for row in rows], schema=dict.fromkeys(_KEYS, pl.String()), orient="row"
     )
     if not rows:
         return table
+    values = cells.columns(WAIT_UNDIVIDED, numbers)
+    estimate = mean_interval(values, stream(0, "bootstrap", "exchange"))
     difference = paired_difference(
-        cells.columns(HEADLINE, numbers),
-        cells.columns(HEADLINE, partners),
+        values,
+        cells.columns(WAIT_UNDIVIDED, partners),
         stream(0, "bootstrap", "exchange"),
         relative=True,
     )
-    table = pl.concat([table, headline_estimates(cells, numbers, "exchange")], how="horizontal")
     return table.with_columns(
+        mean=series_of(estimate.value),
+        low=series_of(estimate.low),
+        high=series_of(estimate.high),
+        n=pl.Series(estimate.seeds),
         **percent_columns("vs_rule", difference),
         **{
             name: series_of(seed_means(cells.columns(measure, numbers)))
             for name, measure in _MEANS.items()
         },
+    ).sort(
+        "preset",
+        "scenario",
+        "reward",
+        ~pl.col("variant").str.starts_with("communication="),
+        "variant",
     )

@@ -27,7 +27,7 @@ HEADLINE = "w_over_vc"
 
 
 def summary(results: Results | Cells) -> pl.DataFrame:
-    """Return one row per cell of the study (ours).
+    """Return one row per cell of the study, but for variants: see `exchange_table` (ours).
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def summary(results: Results | Cells) -> pl.DataFrame:
             relative=True,
         )
         columns |= percent_columns(name, difference)
-    return cells.named.with_columns(**columns)
+    return cells.named.with_columns(**columns).filter(pl.col("variant").is_null())
 
 
 def paper_table(results: Results | Cells) -> pl.DataFrame:

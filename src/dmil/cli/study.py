@@ -97,7 +97,7 @@ OPTIONS = (
     Option("rewards", "--rewards", "Study", "NAMES"),
     Option("equal_epsilon", "--equal-epsilon", "Study"),
     Option("complex_readings", "--complex-readings", "Study", "NAMES"),
-    Option("variants", "--variants", "Study"),
+    Option("variant_seeds", "--variant-seeds", "Study"),
     *DEMAND_OPTIONS,
     set_option(
         "Study",

@@ -21,7 +21,8 @@ _EXTENT = {
     "rewards",
     "equal_epsilon",
     "complex_readings",
-    "variants",
+    "variant_seeds",
+    "variant_factor",
 }
 
 

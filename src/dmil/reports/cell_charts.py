@@ -41,7 +41,6 @@ def all_architectures(summary: pl.DataFrame, preset: str, scenario: str) -> Char
         (pl.col("preset") == preset)
         & (pl.col("scenario") == scenario)
         & pl.col("reward").is_not_null()
-        & pl.col("variant").is_null()
     )
     if learned.is_empty():
         return None

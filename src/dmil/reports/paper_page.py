@@ -173,11 +173,7 @@ def _best(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
     rows = []
     chosen = table.filter(pl.col("preset") == preset)
     for scenario in chosen["scenario"].unique(maintain_order=True):
-        learned = chosen.filter(
-            pl.col("scenario") == scenario,
-            pl.col("reward").is_not_null(),
-            pl.col("variant").is_null(),
-        )
+        learned = chosen.filter((pl.col("scenario") == scenario) & pl.col("reward").is_not_null())
         if learned.is_empty():
             continue
         row = learned.sort("w_over_vc_mean").row(0, named=True)

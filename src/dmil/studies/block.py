@@ -9,6 +9,7 @@ from typing import Any
 
 from dmil.controllers import Controller, MemoryUse, Prior, make_controller
 from dmil.controllers.variants import read_options
+from dmil.demand import Vehicles
 from dmil.rewards import PAPER_CONSTANTS, Reward, make_reward
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
@@ -44,46 +45,98 @@ class BlockResult:
 
 def run_block(settings: PaperStudySettings, block: Block) -> BlockResult:
     """Run all architectures of a block; a run that fails becomes a row that says so (ours)."""
+    stage = _stage(settings, block)
+    runs, series = [], []
+    for architecture in architectures(settings):
+        row, course = _run(settings, block, architecture, stage)
+        runs.append(row)
+        series += course
+    varied = variants(settings, block)
+    if varied:
+        longer = stage.lasting(settings.horizon_s * settings.variant_factor, block.seed)
+        runs += [_run(settings, block, architecture, longer)[0] for architecture in varied]
+    return BlockResult(block, runs, series)
+
+
+@dataclass(frozen=True, slots=True)
+class _Stage:
+    """What all runs of a block share: vehicles, a simulator, and where learners begin."""
+
+    scenario: Scenario
+    simulator: QueueSimulator
+    vehicles: Vehicles
+    training: Scenario
+    training_simulator: QueueSimulator
+    rewards: dict[str, Reward]
+    priors: dict[tuple[str, bool], Prior]
+    """By reward, and by whether states count what neighbours announce; made when first asked."""
+
+    def lasting(self, horizon_s: int, seed: int) -> _Stage:
+        """Return the same for longer runs."""
+        longer = replace(self.scenario, horizon_s=horizon_s)
+        return replace(
+            self,
+            scenario=longer,
+            simulator=QueueSimulator(longer),
+            vehicles=vehicles_of_seed(longer, seed),
+        )
+
+    def prior(self, reward: str, announced: bool, seed: int, epsilon: float) -> Prior:
+        """Return what the dummy agent learned with a reward."""
+        key = (reward, announced)
+        if key not in self.priors:
+            self.priors[key] = train_prior(
+                self.training,
+                self.rewards[reward],
+                seed,
+                epsilon=epsilon,
+                announced=announced,
+                simulator=self.training_simulator,
+            )
+        return self.priors[key]
+
+
+def _stage(settings: PaperStudySettings, block: Block) -> _Stage:
     test, simulator, training, training_simulator = _scenarios(
         settings.recipe(block.scenario).model_dump_json(), training_s(settings, block.preset)
     )
-    rewards = {name: _reward(settings, name) for name in settings.rewards}
-    vehicles = vehicles_of_seed(test, block.seed)
-    plan = [*architectures(settings), *variants(settings, block)]
-    priors = {
-        (reward, announced): train_prior(
-            training,
-            rewards[reward],
-            block.seed,
-            epsilon=settings.training_epsilon,
-            announced=announced,
-            simulator=training_simulator,
-        )
-        for reward, announced in dict.fromkeys(
-            (each.reward, _announced(each)) for each in plan if each.reward
-        )
+    return _Stage(
+        test,
+        simulator,
+        vehicles_of_seed(test, block.seed),
+        training,
+        training_simulator,
+        {name: _reward(settings, name) for name in settings.rewards},
+        {},
+    )
+
+
+def _run(
+    settings: PaperStudySettings, block: Block, architecture: Architecture, stage: _Stage
+) -> tuple[Row, list[Row]]:
+    """Run one architecture: its row of the runs, and its rows of the series."""
+    reward = architecture.reward or settings.rewards[0]
+    learns = architecture.reward is not None
+    identity = _identity(block, architecture)
+    row = identity | {
+        "study": "paper",
+        "horizon_s": stage.scenario.horizon_s,
+        "trained_in": SIMULATOR if learns else None,
+        "training_s": stage.training.horizon_s if learns else None,
     }
-    runs, series = [], []
-    for architecture in plan:
-        reward = architecture.reward or settings.rewards[0]
-        learns = architecture.reward is not None
-        identity = _identity(block, architecture)
-        row = identity | {
-            "study": "paper",
-            "horizon_s": settings.horizon_s,
-            "trained_in": SIMULATOR if learns else None,
-            "training_s": training.horizon_s if learns else None,
-        }
-        try:
-            prior = priors.get((reward, _announced(architecture)))
-            controller = _controller(settings, block.preset, architecture, prior)
-            result = evaluate(simulator, controller, vehicles, rewards[reward], block.seed)
-        except Exception as error:
-            runs.append(row | {"status": f"{type(error).__name__}: {error}"})
-            continue
-        runs.append(row | measures_row(result.measures, result.memory[-1]) | {"status": "ok"})
-        series += [identity | each for each in series_rows(result)]
-    return BlockResult(block, runs, series)
+    try:
+        prior = None
+        if learns:
+            announced = bool(_options(architecture).get("announced", False))
+            prior = stage.prior(reward, announced, block.seed, settings.training_epsilon)
+        controller = _controller(settings, block.preset, architecture, prior)
+        result = evaluate(
+            stage.simulator, controller, stage.vehicles, stage.rewards[reward], block.seed
+        )
+    except Exception as error:
+        return row | {"status": f"{type(error).__name__}: {error}"}, []
+    row |= measures_row(result.measures, result.memory[-1]) | {"status": "ok"}
+    return row, [identity | each for each in series_rows(result)]
 
 
 def measures_row(measures: Measures, memory: MemoryUse) -> Row:
@@ -160,11 +213,6 @@ def _controller(
 def _options(architecture: Architecture) -> dict[str, Any]:
     """Return the options of a variant."""
     return read_options([architecture.variant] if architecture.variant else [], where="variant")
-
-
-def _announced(architecture: Architecture) -> bool:
-    """Tell whether states count what neighbours announce: the start table has to do the same."""
-    return bool(_options(architecture).get("announced", False))
 
 
 def _reward(settings: PaperStudySettings, name: str) -> Reward:

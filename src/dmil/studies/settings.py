@@ -113,10 +113,15 @@ class PaperStudySettings(BaseModel):
     equal_epsilon: bool = Field(
         True, description="Also run SARSA with the memory-based agents' ε: all at equal ε."
     )
-    variants: bool = Field(
-        True,
-        description="Also run, on the largest grid, what the paper leaves to future work: other "
-        "triggers, other messages, delays and losses, predictions from neighbours.",
+    variant_seeds: int = Field(
+        10,
+        ge=0,
+        description="Seeds with which also runs, on the largest grid, what the paper leaves to "
+        "future work: other triggers, other messages, delays, losses, predictions from "
+        "neighbours; 0: none.",
+    )
+    variant_factor: int = Field(
+        12, ge=1, description="Length of these runs, in T_sim: an hour by default."
     )
     sarsa: SarsaSettings = Field(
         SarsaSettings(),

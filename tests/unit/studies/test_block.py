@@ -4,7 +4,7 @@ import pytest
 
 from dmil.studies import block as room
 from dmil.studies.block import run_block
-from dmil.studies.plan import Block, architectures
+from dmil.studies.plan import VARIANTS, Block, architectures
 from dmil.studies.settings import PaperStudySettings
 
 SETTINGS = PaperStudySettings(grids=("1x1",), seeds=1, horizon_s=60, rewards=("entropy",))
@@ -65,3 +65,26 @@ def test_a_run_that_fails_is_a_row_that_says_so(monkeypatch, result):
     assert [row["status"] for row in failed] == ["ZeroDivisionError: no pressure today"]
     assert "w_over_vc" not in failed[0]
     assert len(rows) == len(result.runs)
+
+
+def test_variants_run_longer_from_the_same_start():
+    settings = PaperStudySettings(
+        grids=("1x2",),
+        presets=("literal",),
+        seeds=1,
+        horizon_s=60,
+        rewards=("entropy",),
+        variant_factor=3,
+    )
+    result = run_block(settings, Block("literal", "grid:1x2", 0))
+    found = {row["variant"]: row for row in result.runs if row["variant"]}
+    assert tuple(found) == VARIANTS
+    assert {row["status"] for row in found.values()} == {"ok"}
+    assert {row["horizon_s"] for row in found.values()} == {180}
+    assert {row["training_s"] for row in found.values()} == {60}
+    assert len({row["spawned_veh"] for row in found.values()}) == 1
+    assert found["communication=false"]["messages"] == 0
+    # Two agents send and are answered, once in 180 s.
+    assert found["communication=true"]["messages"] == 4
+    assert found["communication_period_s=50"]["messages"] == 12
+    assert not any(row["variant"] for row in result.series)

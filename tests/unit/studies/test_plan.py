@@ -45,15 +45,18 @@ def test_the_24_architectures_run_with_every_reading_of_the_complex_classes(firs
 
 
 def test_variants_run_once_in_the_last_preset_on_the_largest_grid():
-    settings = PaperStudySettings(grids=("1x1", "3x3", "2x2"), seeds=1)
+    settings = PaperStudySettings(
+        grids=("1x1", "3x3", "2x2"), seeds=3, first_seed=7, variant_seeds=1
+    )
     found = {block: variants(settings, block) for block in blocks(settings)}
     (block,) = (block for block, plan in found.items() if plan)
-    assert (block.preset, block.scenario) == ("matched", "grid:3x3")
+    assert (block.preset, block.scenario, block.seed) == ("matched", "grid:3x3", 7)
     assert {each.reward for each in found[block]} == {"entropy"}
-    assert [each.variant for each in found[block]] == [*VARIANTS, "announced=true"]
+    assert tuple(each.variant for each in found[block]) == VARIANTS
+    assert [each.communication for each in found[block]].count(False) == 1
     assert not set(found[block]) & set(architectures(settings))
     for other in (
-        PaperStudySettings(grids=("3x3",), variants=False),
+        PaperStudySettings(grids=("3x3",), variant_seeds=0),
         PaperStudySettings(grids=("1x1",)),
     ):
         assert not any(variants(other, block) for block in blocks(other))
