@@ -121,7 +121,7 @@ class PaperStudySettings(BaseModel):
         "neighbours; 0: none.",
     )
     variant_factor: int = Field(
-        12, ge=1, description="Length of these runs, in T_sim: an hour by default."
+        6, ge=1, description="Length of these runs, in T_sim: half an hour by default."
     )
     sarsa: SarsaSettings = Field(
         SarsaSettings(),

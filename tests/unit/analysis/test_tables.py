@@ -27,7 +27,7 @@ def study(make_study):
 
 def test_summary_has_one_row_per_cell_and_the_plain_mean(study):
     table = summary(study)
-    assert table.height == 2 * 58
+    assert table.height == 2 * 52
     expected = study.query(
         "select avg(w_over_vc), stddev(w_over_vc), avg(arrived_veh) from runs where preset ="
         " 'literal' and controller = 'dual-memory' and embedding = 'simple' and reward = 'default'"
@@ -105,7 +105,7 @@ def test_sensitivity_compares_presets_on_the_same_seeds(study):
 
 def test_curves_are_means_over_seeds(study):
     table = curves(study, "arrived_veh", "matched", "grid:3x3")
-    assert table.height == 61 * 31
+    assert table.height == 55 * 31
     expected = study.query(
         "select time_s, avg(arrived_veh) as mean from series where preset = 'matched' and"
         " controller = 'random' group by 1 order by 1"
