@@ -145,10 +145,9 @@ def find(rows: Rows, owner: int, variants: IntArray, count: int) -> tuple[int, i
 
 @kernel
 def find_nearest(rows: Rows, owner: int, variants: IntArray, count: int) -> tuple[int, int]:
-    """Find the nearest key by L1 however far it is, as `find` does within the tolerance.
+    """Find the nearest key by L1 however far it is: for the few keys that have no class.
 
-    It compares every key: this is for the few keys that have no class, among few rows. Of keys with
-    several parts the last is compared, in which most states match.
+    Of keys with several parts the last is compared, in which most states match.
     """
     first = rows.keys.shape[2] - rows.keys.shape[2] // rows.parts
     best_row, best_variant, best_distance = ABSENT, 0, np.iinfo(np.int64).max
@@ -294,10 +293,7 @@ def _rehash(rows: Rows) -> None:
 
 @kernel
 def _find_near(rows: Rows, owner: int, key: IntArray, first: int, length: int) -> tuple[int, int]:
-    """Return the row nearest to one part of a key within the tolerance, and its distance.
-
-    Of equally near rows the oldest.
-    """
+    """Return the row nearest to one part of a key, the oldest of equals; its distance."""
     near, matches = rows.near[owner], rows.matches
     words = (rows.size[owner] + WORD_BITS - 1) // WORD_BITS
     best_row, best_distance = ABSENT, 0

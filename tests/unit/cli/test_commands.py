@@ -221,7 +221,7 @@ def test_a_study_with_a_failure_ends_with_1(dmil, tmp_path, monkeypatch):
     arguments = ("--grids", "1x1", "--seeds", 1, "--preset", "literal", "--jobs", 1, "--no-report")
     found = dmil.json("study", "paper", *arguments, "--out", tmp_path / "s", code=1)
     assert found["failed"] == 1
-    assert len(found["cells"]) == 45
+    assert len(found["cells"]) == 51
     assert "1 runs failed, the first with: ValueError: broken" in dmil.err
 
 
