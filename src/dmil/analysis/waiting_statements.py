@@ -148,16 +148,16 @@ WAITING: tuple[Statement, ...] = (
         "Using entropy and diffusion decreased W up to 30%",
         (
             Question(
-                "No architecture's W/V_c falls by more than 30 % from that under default",
+                "W/V_c falls by less than 30 % from that under default",
                 rewards(PHYSICAL, "default", WAIT),
-                "not below",
+                "above",
                 -0.30,
                 label="in W/V_c",
             ),
             Question(
-                "No architecture's W, not divided by V_c, falls by more than 30 %",
+                "W, not divided by V_c, falls by less than 30 %",
                 rewards(PHYSICAL, "default", WAIT_UNDIVIDED),
-                "not below",
+                "above",
                 -0.30,
                 label="in W alone",
             ),

@@ -99,7 +99,7 @@ TRAINING = on(
         "T_sim under `literal` and `decaying`; 10·T_sim under `matched`",
         "F",
         "training_factor",
-        "--preset",
+        "--preset, --set training_factor=…",
     ),
     (
         "ε_train",
@@ -135,7 +135,7 @@ TRAINING = on(
         "constant under `literal`; × 0.95 per decision under `decaying` and `matched`",
         "F",
         "epsilon_decay",
-        "--preset",
+        "--preset, --set epsilon_decay=…",
     ),
     (
         "“No Memory” of Table II",
@@ -143,7 +143,7 @@ TRAINING = on(
         "exact SARSA under `literal` and `decaying`; SARSA on the simple classes under `matched`",
         "F",
         "no_memory_embedding",
-        "--preset",
+        "--preset, --set no_memory_embedding=…",
     ),
     ("seeds", "30", "30", "P", "seeds", "--seeds"),
 )

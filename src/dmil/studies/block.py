@@ -15,7 +15,7 @@ from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.simulation import Measures, QueueSimulator
 from dmil.studies.plan import Architecture, Block, architectures, training_s, variants
-from dmil.studies.settings import PRESETS, PaperStudySettings
+from dmil.studies.settings import PaperStudySettings
 from dmil.training import Run, evaluate, train_prior, vehicles_of_seed
 
 Row = dict[str, Any]
@@ -204,7 +204,7 @@ def _controller(
         "embedding": architecture.embedding,
         "communication": architecture.communication,
         "epsilon": architecture.epsilon,
-        "epsilon_decay": PRESETS[preset].epsilon_decay,
+        "epsilon_decay": settings.preset(preset).epsilon_decay,
         **_options(architecture),
     }
     return make_controller(architecture.controller, options, prior=prior)

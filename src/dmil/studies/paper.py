@@ -13,7 +13,7 @@ from dmil.studies.block import BlockResult, run_block
 from dmil.studies.executors import Executor
 from dmil.studies.plan import Block, blocks
 from dmil.studies.running import Progress, run_units
-from dmil.studies.settings import PRESETS, PaperStudySettings, check_horizon
+from dmil.studies.settings import PaperStudySettings, check_horizon
 from dmil.studies.store import StudyStore
 from dmil.studies.warm_up import compile_kernels
 
@@ -77,5 +77,7 @@ def check_study(settings: PaperStudySettings) -> None:
 def study_identity(settings: PaperStudySettings) -> dict[str, Any]:
     """Return what makes two studies the same: configuration and version of the program (ours)."""
     configuration = settings.model_dump(mode="json")
-    configuration["presets"] = {name: PRESETS[name].model_dump() for name in settings.presets}
+    configuration["presets"] = {
+        name: settings.preset(name).model_dump() for name in settings.presets
+    }
     return {"study": "paper", "dmil": dmil.__version__, "configuration": configuration}

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from itertools import product
 
-from dmil.studies.settings import PRESETS, PaperStudySettings
+from dmil.studies.settings import PaperStudySettings
 
 BASELINES = ("random", "fixed-cycle", "longest-queue-first", "max-pressure")
 
@@ -131,4 +131,4 @@ def variants(settings: PaperStudySettings, block: Block) -> list[Architecture]:
 
 def training_s(settings: PaperStudySettings, preset: str) -> int:
     """Return the length of the training phase in s (specification, §7)."""
-    return settings.horizon_s * PRESETS[preset].training_factor
+    return settings.horizon_s * settings.preset(preset).training_factor

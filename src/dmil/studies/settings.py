@@ -6,7 +6,7 @@ that gives the paper's magnitudes, [F] fitted to the paper's table.
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
@@ -23,6 +23,7 @@ from dmil.seeding import LARGEST_SEED
 
 PresetName = Literal["literal", "decaying", "matched"]
 ComplexReading = Literal["complex", "complex-scaled"]
+NoMemory = Literal["exact", "simple", "complex", "complex-scaled"]
 
 
 class Preset(BaseModel):
@@ -43,7 +44,7 @@ class Preset(BaseModel):
         description="T_train / T_sim, length of the training phase; above 1 "
         f"{mark('training_factor')}.",
     )
-    no_memory_embedding: str = Field(
+    no_memory_embedding: NoMemory = Field(
         "exact",
         description="Classes of the agent that the table calls 'No Memory'; but for exact "
         f"{mark('no_memory_embedding')}.",
@@ -62,6 +63,15 @@ SET_BY_THE_STUDY = {"embedding", "communication", "epsilon_decay", "learning", "
 """Fields of the agents' settings that differ between a study's runs, or that it depends on."""
 
 
+def _instead_of_preset(name: str) -> Any:
+    """Offer a field of the presets for all of them: the same limits and text, no default."""
+    original = Preset.model_fields[name]
+    text = (original.description or "").rstrip(".")
+    field: Any = Field(None, description=f"{text}; instead of what the presets say.")
+    field.metadata = list(original.metadata)
+    return field
+
+
 class PaperStudySettings(BaseModel):
     """The study of the paper (§VI; specification, §7)."""
 
@@ -70,6 +80,9 @@ class PaperStudySettings(BaseModel):
     presets: tuple[PresetName, ...] = Field(
         ("literal", "decaying", "matched"), min_length=1, description="Readings to run."
     )
+    epsilon_decay: float | None = _instead_of_preset("epsilon_decay")
+    training_factor: int | None = _instead_of_preset("training_factor")
+    no_memory_embedding: NoMemory | None = _instead_of_preset("no_memory_embedding")
     grids: tuple[str, ...] = Field(
         ("1x1", "3x3", "5x5"), min_length=1, description="Grids, ROWSxCOLUMNS [P]."
     )
@@ -162,6 +175,25 @@ class PaperStudySettings(BaseModel):
                 if getattr(chosen, field) != getattr(usual, field):
                     raise ValueError(f"{name}.{field} is set by the study itself: leave it out")
         return self
+
+    @model_validator(mode="after")
+    def _no_memory_is_run(self) -> Self:
+        run = ("exact", "simple", self.complex_readings[0])
+        if self.no_memory_embedding not in (None, *run):
+            raise ValueError(f"no_memory_embedding to be one of {', '.join(run)}, which are run")
+        return self
+
+    def preset(self, name: str) -> Preset:
+        """Return a preset with what stands in place of its values in this study (ours).
+
+        Parameters
+        ----------
+        name
+            One of `PRESETS`.
+        """
+        given = {field: getattr(self, field) for field in Preset.model_fields}
+        changes = {field: value for field, value in given.items() if value is not None}
+        return PRESETS[name].model_copy(update=changes)
 
     def recipe(self, scenario: str) -> ScenarioRecipe:
         """Return what a scenario of the study is made from (ours).
