@@ -33,7 +33,9 @@ ROUNDING = 0.0005
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("reference") / "study"
-    settings = PaperStudySettings(presets=("literal",), grids=("5x5",), equal_epsilon=False, variant_seeds=0)
+    settings = PaperStudySettings(
+        presets=("literal",), grids=("5x5",), equal_epsilon=False, variant_seeds=0
+    )
     run_paper_study(settings, folder, executor=LocalExecutor(1))
     from dmil.results import Results
 
