@@ -24,6 +24,11 @@ Outcome = Literal["holds", "does not hold", "depends", "not shown", "not judged"
 OUTCOMES: tuple[Outcome, ...] = ("holds", "does not hold", "depends", "not shown", "not judged")
 """How a claim can end: "depends" is one whose questions have different answers."""
 
+ALIKE = 0.9
+"""Where two agents had the very same value in this part of the seeds, in the mean of all
+comparisons, a question that needs a difference was not put to the test."""
+UNTESTED = "not put to the test"
+
 EVIDENCE = pl.Struct(
     {
         "question": pl.String,
@@ -68,7 +73,8 @@ def claims(results: Results | Cells) -> pl.DataFrame:
 
     A question that all comparisons have to show holds if all do, and does not hold if one shows the
     opposite. One that a single comparison may show ("some …") holds if one does, and does not hold
-    only if all show the opposite. What is left is not shown: the runs do not decide it.
+    only if all show the opposite. What is left is not shown: the runs do not decide it. A question
+    on two agents that acted alike in nine of ten runs or more is not put to the test.
 
     A claim of several questions holds if all of them do; where their answers differ, the verdict
     gives each. The comparisons are those whose runs are there; grids of other sizes than the
@@ -110,7 +116,7 @@ def _judged(cells: Cells, preset: str, statement: Statement) -> tuple[object, ..
         statement.place,
         statement.sentence,
         statement.note,
-        "; ".join(_rule(question) for question in statement.questions),
+        "; ".join(map(_rule, answers)),
         holds,
         outcome,
         verdict,
@@ -122,7 +128,11 @@ def _judged(cells: Cells, preset: str, statement: Statement) -> tuple[object, ..
 def _answer(cells: Cells, preset: str, question: Question) -> _Answer:
     comparisons = question.choose(cells, preset)
     evidence = evaluate(cells, comparisons, question.relation, question.threshold)
-    return _Answer(question, evidence, *verdict_of(evidence, question.quantifier))
+    judged = verdict_of(evidence, question.quantifier)
+    alike = [one.alike for one in evidence]
+    if question.needs_difference and alike and np.mean(alike) >= ALIKE:
+        judged = None, UNTESTED
+    return _Answer(question, evidence, *judged)
 
 
 def verdict_of(evidence: Sequence[Evidence], quantifier: str) -> tuple[bool | None, str]:
@@ -147,14 +157,16 @@ def verdict_of(evidence: Sequence[Evidence], quantifier: str) -> tuple[bool | No
     if opposite == total:
         return False, "does not hold"
     if opposite and quantifier == "all":
-        return False, f"holds in {shown} of {total}" if shown else "does not hold"
+        share = f"shown in {shown}, refuted in {opposite} of {total}"
+        return False, share if shown else "does not hold"
     return None, f"shown in {shown} of {total}" if shown else "not shown"
 
 
 def _together(answers: Sequence[_Answer]) -> tuple[bool | None, Outcome, str]:
     """Join the answers to the questions of one claim."""
     verdicts = {answer.verdict for answer in answers}
-    found = {answer.holds for answer in answers}
+    # What was not put to the test decides nothing, where something else was.
+    found = {answer.holds for answer in answers if answer.verdict != UNTESTED} or {None}
     if verdicts <= {"not run", "too few seeds"}:
         return None, "not judged", min(verdicts)
     if len(answers) == 1 or len(verdicts) == 1:
@@ -165,24 +177,31 @@ def _together(answers: Sequence[_Answer]) -> tuple[bool | None, Outcome, str]:
         return first.holds, outcome, first.verdict
     verdict = "; ".join(map(_short, answers))
     if found == {True}:
-        return True, "holds", "holds"
+        return True, "holds", verdict if UNTESTED in verdicts else "holds"
     if found == {False}:
         return False, "does not hold", verdict
-    return None, "not shown" if found == {None} else "depends", verdict
+    if True in found:
+        return None, "depends", verdict
+    # What is left was not shown, or refuted as far as it was put to the test.
+    return (False, "does not hold", verdict) if False in found else (None, "not shown", verdict)
 
 
 def _short(answer: _Answer) -> str:
     """Say yes or no to a question by its label, and in how many comparisons where it differs."""
     word = answer.verdict if answer.holds is None else "yes" if answer.holds else "no"
-    counted = f" ({answer.verdict})" if " in " in answer.verdict and word == "no" else ""
+    counted = f" ({answer.verdict})" if answer.verdict.startswith("shown") and word == "no" else ""
     return f"{word} {answer.question.label}{counted}"
 
 
-def _rule(question: Question) -> str:
+def _rule(answer: _Answer) -> str:
+    """Say what a question asks, of all comparisons or of one, and on which networks."""
+    question = answer.question
     rule = f"{question.label}: {question.text}" if question.label else question.text
     if question.quantifier == "all":
         rule += ", in every comparison"
-    return rule
+    scenarios = dict.fromkeys(one.comparison.scenario for one in answer.evidence)
+    where = ", ".join(map(scenario_label, scenarios))
+    return f"{rule} ({where})" if where else rule
 
 
 def _labelled(answer: _Answer, text: str) -> str:

@@ -52,7 +52,11 @@ class Comparison:
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """A comparison with its result; differences are relative, -0.3 is 30 % lower."""
+    """A comparison with its result; differences are relative, -0.3 is 30 % lower.
+
+    ``alike`` is the part of the seeds in which both have the very same value: where it is near 1
+    the two acted alike, and nothing was put to the test.
+    """
 
     comparison: Comparison
     value: float
@@ -60,6 +64,7 @@ class Evidence:
     high: float
     seeds: int
     outcome: Outcome
+    alike: float = 0.0
 
 
 def judge(relation: Relation, threshold: float, low: float, high: float) -> Outcome:
@@ -96,8 +101,15 @@ def evaluate(
     ):
         if seeds:
             outcome = judge(relation, threshold, low, high)
-            evidence.append(Evidence(comparison, value, low, high, seeds, outcome))
+            alike = _alike(cells, comparison)
+            evidence.append(Evidence(comparison, value, low, high, seeds, outcome, alike))
     return evidence
+
+
+def _alike(cells: Cells, comparison: Comparison) -> float:
+    pair = cells.columns(comparison.measure, [comparison.first, comparison.second])
+    both = pair[~np.isnan(pair).any(axis=1)]
+    return float((both[:, 0] == both[:, 1]).mean())
 
 
 def _estimate(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from dmil.analysis.comparisons import Relation
-from dmil.analysis.selections import Choose
+from dmil.analysis.selections import PHYSICAL, Choose
 
 #: Two things count as the same if the interval of their relative difference lies within ±5 %, and
 #: an expense is little, or tiny, if the whole interval lies below +5 %.
@@ -34,6 +34,8 @@ class Question:
         Whether all comparisons have to show it or one is enough.
     label
         What tells this question from the others of its claim: how it is read or counted.
+    needs_difference
+        Whether it is put to the test only where the two compared acted differently.
     """
 
     text: str
@@ -42,6 +44,7 @@ class Question:
     threshold: float = 0.0
     quantifier: Literal["all", "any"] = "all"
     label: str = ""
+    needs_difference: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +73,13 @@ class Statement:
     sentence: str
     questions: tuple[Question, ...]
     note: str = ""
+
+
+BY_REWARD: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("under entropy and diffusion", PHYSICAL),
+    ("under default", ("default",)),
+)
+"""Rewards that a sentence does not tell apart, and that give different answers."""
 
 
 def percent(part: float) -> str:

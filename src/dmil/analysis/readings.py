@@ -19,6 +19,9 @@ from dmil.results import Results
 from dmil.seeding import stream
 from dmil.statistics import paired_difference
 
+NARROW = 0.05
+"""A ± of the paper below this is a measure; some of its cells have .1, within which most lie."""
+
 
 def complex_readings(results: Results | Cells) -> pl.DataFrame:
     """Return the paper's Complex columns under every reading of the complex classes (ours).
@@ -71,27 +74,29 @@ def cells_reproduced(table: pl.DataFrame, readings: pl.DataFrame) -> pl.DataFram
     Returns
     -------
     One row per preset and reading of the complex classes: ``within`` of ``cells`` of the whole
-    table, and ``complex_within`` of ``complex_cells`` of its Complex columns, in which the
-    readings differ.
+    table; ``narrow_within`` of ``narrow_cells`` of those whose ± is below `NARROW`; and
+    ``complex_within`` of ``complex_cells`` of its Complex columns, in which the readings differ.
     """
     keys = ["preset", "reading"]
-    others = (
-        table.filter(pl.col("within").is_not_null(), ~pl.col("column").str.starts_with(COMPLEX))
-        .group_by("preset", maintain_order=True)
-        .agg(others=pl.len(), others_within=pl.col("within").sum())
-    )
-    found = (
-        readings.filter(pl.col("within").is_not_null())
+    others = table.filter(
+        pl.col("within").is_not_null(), ~pl.col("column").str.starts_with(COMPLEX)
+    ).join(readings.select(keys).unique(maintain_order=True), on="preset", maintain_order="right")
+    narrow = pl.col("paper_spread") < NARROW
+    ours = pl.col("column").str.starts_with(COMPLEX)
+    both = (*keys, "column", "paper_spread", "within")
+    return (
+        pl.concat(
+            [readings.filter(pl.col("within").is_not_null()).select(both), others.select(both)]
+        )
         .group_by(keys, maintain_order=True)
-        .agg(complex_cells=pl.len(), complex_within=pl.col("within").sum())
-        .join(others, on="preset", how="left", maintain_order="left")
-    )
-    return found.select(
-        *keys,
-        within=pl.col("complex_within") + pl.col("others_within").fill_null(0),
-        cells=pl.col("complex_cells") + pl.col("others").fill_null(0),
-        complex_within="complex_within",
-        complex_cells="complex_cells",
+        .agg(
+            within=pl.col("within").sum(),
+            cells=pl.len(),
+            narrow_within=(pl.col("within") & narrow).sum(),
+            narrow_cells=narrow.sum(),
+            complex_within=(pl.col("within") & ours).sum(),
+            complex_cells=ours.sum(),
+        )
     )
 
 

@@ -25,6 +25,9 @@ GROWTH, LONG_GROWTH = "entries_per_decision", "long_entries_per_decision"
 PHYSICAL = ("entropy", "diffusion")
 ALL_REWARDS = ("default", "entropy", "diffusion")
 
+#: The variants without and with the study's rule of communication.
+COMMUNICATION = ("communication=false", "communication=true")
+
 Where = Literal["single", "several", "any"]
 """Grids with one intersection like the paper's, with several, or both."""
 
@@ -94,6 +97,19 @@ def complex_against_others(cells: Cells, preset: str) -> Iterator[Comparison]:
             yield Comparison(f"{reward}/default: Complex against {other}", scenario, WAIT, *pairs)
 
 
+def longer_communication(cells: Cells, preset: str) -> Iterator[Comparison]:
+    """Compare the longer runs of agents that communicate with those of agents that do not."""
+    numbers: dict[tuple[str, str], dict[str, int]] = {}
+    for number, row in enumerate(cells.table.iter_rows(named=True)):
+        if row["preset"] == preset and row["variant"] in COMMUNICATION:
+            where = (row["scenario"], row["reward"])
+            numbers.setdefault(where, {})[row["variant"]] = number
+    for (scenario, reward), found in numbers.items():
+        without, with_it = (found.get(variant) for variant in COMMUNICATION)
+        label = f"{reward}: Complex + communication against Complex, longer runs"
+        yield Comparison(label, scenario, WAIT_UNDIVIDED, with_it, without)
+
+
 def against_no_memory(measure: str) -> Choose:
     """Compare Simple and Complex with No Memory, where that is not exact SARSA anyway."""
 
@@ -104,13 +120,17 @@ def against_no_memory(measure: str) -> Choose:
     return choose
 
 
-def against_exact_sarsa(measure: str, first: tuple[str, ...] = (SIMPLE, COMPLEX)) -> Choose:
+def against_exact_sarsa(
+    measure: str,
+    first: tuple[str, ...] = (SIMPLE, COMPLEX),
+    rewards: tuple[str, ...] = ALL_REWARDS,
+) -> Choose:
     """Compare columns of the paper's table with SARSA on exact states at its ε."""
 
     def choose(cells: Cells, preset: str) -> Iterator[Comparison]:
         table = Architecture("sarsa", "exact", False, cells.reading.epsilon_non_memory)
         several = grids(cells, "several")
-        for scenario, reward, column in product(several, ALL_REWARDS, first):
+        for scenario, reward, column in product(several, rewards, first):
             yield Comparison(
                 f"{reward}: {column} against exact SARSA",
                 scenario,
@@ -122,19 +142,21 @@ def against_exact_sarsa(measure: str, first: tuple[str, ...] = (SIMPLE, COMPLEX)
     return choose
 
 
-def at_equal_epsilon(first: str, second: str) -> Choose:
+def at_equal_epsilon(
+    first: str, second: str, rewards: tuple[str, ...], measure: str = WAIT
+) -> Choose:
     """Compare a controller on the classes with SARSA on "exact" or on the same classes."""
 
     def choose(cells: Cells, preset: str) -> Iterator[Comparison]:
         several = grids(cells, "several")
         classes = ("simple", cells.reading.complex_embedding)
-        for scenario, reward, embedding in product(several, PHYSICAL, classes):
+        for scenario, reward, embedding in product(several, rewards, classes):
             other = "exact" if second == "exact" else embedding
             epsilon = cells.reading.epsilon_memory
             yield Comparison(
                 f"{reward}: {first} {embedding} against sarsa {other}, ε = {epsilon}",
                 scenario,
-                WAIT,
+                measure,
                 cells.find(
                     preset, scenario, reward, Architecture(first, embedding, False, epsilon)
                 ),

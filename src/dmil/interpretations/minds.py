@@ -8,7 +8,7 @@ CLASSES = on(
     "Equivalence classes",
     (
         "distance of a “shift-invariance of 1 radial distance”",
-        "no norm",
+        "no norm; “similar to” an earlier paper",
         "1 vehicle in any orientation (L∞); with L1 half the gain is gone, and a uniform shift "
         "does nothing",
         "A",
@@ -22,7 +22,7 @@ CLASSES = on(
         "some rotation of one state is within the tolerance of the other, as counted or after "
         "scaling; `complex-scaled`, which has the tolerance after scaling only and does not "
         "contain simple, runs beside it",
-        "P",
+        "A",
         "complex_readings",
         "--complex-readings",
     ),
@@ -43,14 +43,14 @@ CLASSES = on(
     ),
     (
         "transitivity",
-        "called equivalence classes",
-        "the relation is not transitive: the first key wins, so classes depend on the order of "
-        "arrival",
-        "ours",
+        "states are “compared with the existing key states”, “Otherwise, a new key state is "
+        "created”",
+        "the same; the relation is not transitive, so classes depend on the order of arrival",
+        "P",
     ),
     (
         "rotations",
-        "four",
+        "“rotational equivariance”, no number",
         "found from the intersection; the paper's has exactly these four, a mirror is no symmetry",
         "ours",
     ),
@@ -108,6 +108,14 @@ AGENTS = on(
         "A",
         "unseen",
         "--set unseen=…",
+    ),
+    (
+        "what enters short-term memory",
+        "“Initially, all states”; “After some duration of time” it learns “local temporal "
+        "information”",
+        "every state from the first decision on; what was learned before stands in long-term "
+        "memory",
+        "A",
     ),
     (
         "size of short-term memory",

@@ -41,14 +41,14 @@ CENTRAL = on(
         "averaging",
         "“averaging the Q-values”; in §III over all N agents",
         "union of the classes, mean per class and action over the agents that have a value: "
-        "who has none has no 0 to add",
+        "an agent without one is left out of the mean",
         "A",
     ),
     (
         "what comes back",
         "“synchronises them”",
-        "every agent's memory is replaced by the union; of a class long-term memory keeps the "
-        "action with the highest mean",
+        "every agent's memory is replaced by the union; for each class, long-term memory keeps "
+        "the action with the highest mean",
         "A",
     ),
     (
@@ -72,13 +72,21 @@ CENTRAL = on(
         "--set trigger=…",
     ),
     (
-        "delay and loss of messages",
+        "delay of the synchronisation",
         "“synchronization delay effects” are future work",
         "none; offered: an agent takes the answer over when it arrives, and keeps what the "
         "answer lacks",
         "P",
         "communication_delay_s",
-        "--set communication_delay_s=…, --set message_loss=…",
+        "--set communication_delay_s=…",
+    ),
+    (
+        "loss of messages",
+        OPEN,
+        "none; offered",
+        "ours",
+        "message_loss",
+        "--set message_loss=…",
     ),
     (
         "predictions from neighbours",
@@ -94,9 +102,9 @@ CENTRAL = on(
 TRAINING = on(
     "Training and testing",
     (
-        "length of the training phase",
-        "T_sim",
-        "T_sim under `literal` and `decaying`; 10·T_sim under `matched`",
+        "T_sim, length of the training phase",
+        "no number",
+        "as long as a test run under `literal` and `decaying`; ten times as long under `matched`",
         "F",
         "training_factor",
         "--preset, --set training_factor=…",
@@ -111,16 +119,16 @@ TRAINING = on(
     ),
     (
         "the dummy SARSA agent",
-        "“a dummy SARSA agent”",
+        "“trained offline … of incoming vehicles, gathered from data”",
         "exact states, one table that all intersections of a shape write to, the reward of the "
         "test, vehicles of another stream of the seed; the agents under test have a table each",
         "A",
     ),
     (
         "“the Q-table … is fed into all the agents”",
-        "no rule",
-        "SARSA imports all rows; dual memory the κ of them with the highest Q, through "
-        "Algorithm 2, into long-term memory",
+        "no rule, but “all agents start from the same prior knowledge”",
+        "SARSA imports all rows; dual memory the κ of them with the highest Q, one action each, "
+        "through Algorithm 2, into long-term memory: the same knowledge, less of it",
         "A",
     ),
     (
@@ -139,7 +147,8 @@ TRAINING = on(
     ),
     (
         "“No Memory” of Table II",
-        "SARSA",
+        "“baseline SARSA agent”; Table I pairs the non-memory agent with the simple and complex "
+        "classes",
         "exact SARSA under `literal` and `decaying`; SARSA on the simple classes under `matched`",
         "F",
         "no_memory_embedding",

@@ -112,6 +112,24 @@ QUEUES = on(
         "A",
     ),
     (
+        "the state, x_t(j)",
+        "“the amount of traffic present at time t”",
+        "vehicles queued in orientation j; those that drive towards it are not in it",
+        "A",
+    ),
+    (
+        "the actions",
+        "“One example design”: eight modes",
+        "those eight",
+        "P",
+    ),
+    (
+        "at the start",
+        OPEN,
+        "the network is empty",
+        "A",
+    ),
+    (
         "right turns",
         "“permitted whenever”",
         "always served; their queues are part of the state",
@@ -135,8 +153,8 @@ MEASURES = on(
         "P",
     ),
     (
-        "T_sim",
-        "no number, but t = 300",
+        "length of a test run",
+        "no number, but V_c at t = 300",
         "300 s, 30 decisions",
         "A",
         "horizon_s",
@@ -183,8 +201,9 @@ REWARDS = on(
     ),
     (
         "entropy",
-        "w_{k+1} − w_k, w = −Σ s ln s of the “states”",
-        "of the counts, not normalised to a distribution (normalising breaks it); 0·ln 0 = 0",
-        "A",
+        "w_{k+1} − w_k, w = −Σ s ln s, modified “to retain magnitude and sign information”",
+        "of the counts, not normalised to a distribution, which would lose the magnitude; "
+        "0·ln 0 = 0",
+        "P",
     ),
 )

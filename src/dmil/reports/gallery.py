@@ -115,15 +115,15 @@ def _of_scenario(results: Results, tables: Tables, preset: str, scenario: str) -
             f"memory_growth_{end}",
             "memory",
             scenario,
-            "The same less what was there at the start: the slopes that the paper compares.",
+            "The same, minus the entries present at the start: the slopes that the paper compares.",
             time_charts.memory_growth(grown, scenario),
         ),
         (
             f"states_added_{end}",
             "memory",
             scenario,
-            "The same with short-term memory, m_s + m_L (ours): it fills once, which in a run "
-            "this short is most of what dual memory adds. States per agent from start to end: "
+            "The same with short-term memory, m_s + m_L (ours), which in a run this short is most "
+            "of what dual memory adds. States per agent from start to end: "
             f"{_stored(results, tables.cells, preset, scenario)}.",
             time_charts.states_added(entries, scenario),
         ),

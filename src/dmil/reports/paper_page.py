@@ -27,7 +27,7 @@ from dmil.theory import STATEMENTS
 _OUTCOMES = {
     "holds": "hold",
     "does not hold": "do not hold",
-    "depends": "depend on how they are read or counted",
+    "depends": "depend on the reward, or on how they are read or counted",
     "not shown": "are not shown by these runs",
     "not judged": "cannot be judged from them",
 }
@@ -129,6 +129,7 @@ def _page(results: Results, tables: Tables, figures: list[Figure], preset: str) 
         exchange=tables.exchange.rows(named=True),
         memory=tables.memory.filter(pl.col("preset") == preset).rows(named=True),
         reproduced=tables.reproduced.rows(named=True),
+        reading=cells.reading.complex_embedding,
         reading_names=tables.readings["reading"].unique(maintain_order=True).to_list(),
         readings=_reading_rows(tables.readings),
         statements=STATEMENTS,

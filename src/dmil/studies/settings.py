@@ -41,7 +41,7 @@ class Preset(BaseModel):
     training_factor: int = Field(
         1,
         ge=1,
-        description="T_train / T_sim, length of the training phase; above 1 "
+        description="Length of the training phase, in test runs; above 1 "
         f"{mark('training_factor')}.",
     )
     no_memory_embedding: NoMemory = Field(
@@ -92,7 +92,7 @@ class PaperStudySettings(BaseModel):
         300,
         ge=20,
         le=LONGEST_RUN_S,
-        description=f"T_sim, length of a run in s {mark('horizon_s')}.",
+        description=f"Length of a test run in s {mark('horizon_s')}.",
     )
     load: float = Field(
         1.0,
@@ -134,7 +134,7 @@ class PaperStudySettings(BaseModel):
         "neighbours; 0: none.",
     )
     variant_factor: int = Field(
-        6, ge=1, description="Length of these runs, in T_sim: half an hour by default."
+        6, ge=1, description="How many times longer these runs are: half an hour by default."
     )
     sarsa: SarsaSettings = Field(
         SarsaSettings(),

@@ -99,13 +99,15 @@ STATEMENTS: tuple[Statement, ...] = (
         "κ = ½, T = 2, M = 2 gives m_L = 1 at n = 1. The proof needs no more than m_L ≤ M, "
         "because a smaller m_L only raises ζ.",
     ),
-    _true(
+    Statement(
         "ratios of the best case",
         "proof of Lemma 2",
         "ζ1 = M|A| / (|A| + 3M), ζ2 = M|A| / (T|A| + 3M)",
-        "With m_L = M, and T distinct states since the last staging: the least that ζ can be. It "
-        "takes M ≥ T, and the proof asks M > T. With fewer states short-term memory has at most M "
-        "rows; `best_case` therefore takes min(T, M) for T.",
+        "ζ1 ≥ M|A| / (|A| + 3M), ζ2 ≥ M|A| / (T|A| + 3M), with equality at m_L = M",
+        "corrected",
+        "As m_L ≤ M above. With m_L = M, and T distinct states since the last staging: the least "
+        "that ζ can be. It takes M ≥ T, and the proof asks M > T. With fewer states short-term "
+        "memory has at most M rows; `best_case` therefore takes min(T, M) for T.",
     ),
     _true(
         "best-case thresholds",
@@ -139,7 +141,9 @@ STATEMENTS: tuple[Statement, ...] = (
         "long-term memory against the Q-table",
         "§IV-B",
         "the overall size of long-term memory never exceeds that of a typical Q-table",
-        "m_L ≤ m_Q, so 3·m_L ≤ |A|·m_Q for |A| ≥ 3; the Remark in §V asks |A| > 3.",
+        "For a Q-table of states, as the SARSA agent's: every key of long-term memory is a state "
+        "that was met, so m_L ≤ m_Q and 3·m_L ≤ |A|·m_Q for |A| ≥ 3; the Remark in §V asks "
+        "|A| > 3. For a Q-table of classes see the last statement.",
     ),
     Statement(
         "any time",
@@ -207,9 +211,10 @@ STATEMENTS: tuple[Statement, ...] = (
         "what a class must be",
         "ours",
         "–",
-        "m_L ≤ m_Q needs classes that are the same wherever they are looked up",
+        "m_L ≤ m_Q against a Q-table of classes needs classes that are the same wherever looked up",
         "added",
-        "True of exact states and cells. With first-key-wins keys within a tolerance, short-term "
+        "Against a Q-table of states it always holds; against one of classes it is true of exact "
+        "states and cells. With first-key-wins keys within a tolerance, short-term "
         "memory chooses its keys anew after each staging: long-term memory may hold 0 and 2 where "
         "the Q-table holds 1. Then m_L > m_Q is possible, and ζ < 1 under the condition above. "
         "An agent that receives others' rows needs them counted in m_Q.",

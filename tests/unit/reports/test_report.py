@@ -105,7 +105,11 @@ def test_the_headline_comes_from_the_verdicts(complete, page):
     for outcome, says, title in (
         ("holds", "hold", "Holds"),
         ("does not hold", "do not hold", "Does not hold"),
-        ("depends", "depend on how", "Depends on how it is read or counted"),
+        (
+            "depends",
+            "depend on the reward",
+            "Depends on the reward, or on how it is read or counted",
+        ),
         ("not shown", "are not shown", "Not shown"),
     ):
         assert f"{counted[outcome]} {says}" in text
