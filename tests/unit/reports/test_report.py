@@ -115,7 +115,9 @@ def test_the_headline_comes_from_the_verdicts(complete, page):
         assert f"{counted[outcome]} {says}" in text
         assert f"{title} ({counted[outcome]})" in text
     assert sum(counted.values()) == matched.height
-    assert "Longest queue first and max-pressure, which learn nothing, beat every variant." in text
+    assert (
+        "Longest queue first and max-pressure, which learn nothing and never explore, beat" in text
+    )
     assert "dmil study --seeds 8" in text
 
 
