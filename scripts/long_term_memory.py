@@ -32,7 +32,7 @@ MATCHED = PRESETS["matched"]
 AGENT = {"epsilon": 0.4, "epsilon_decay": MATCHED.epsilon_decay}
 UNTRAINED = "untrained "
 """What a variant without a start table begins with."""
-BASE = "dual-memory,embedding=complex"
+BASE = "dual-memory,embedding=complex-scaled"
 LONGEST = "unseen=longest-queue"
 VARIANTS = [
     BASE,
