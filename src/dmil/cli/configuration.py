@@ -79,6 +79,20 @@ def _nested(field: FieldInfo) -> type[BaseModel] | None:
     return None
 
 
+def with_tables(values: Values, kind: type[BaseModel]) -> Values:
+    """Return a file's values with texts that stand for tables as these tables (ours).
+
+    A controller may be given by its name alone; options go over the table, and not in its place.
+    """
+    tables: Values = {}
+    for key, value in values.items():
+        nested = _nested(kind.model_fields[key])
+        if nested is not None and isinstance(value, str):
+            value = nested.model_validate(value).model_dump()
+        tables[key] = value
+    return tables
+
+
 def merge(below: Values, above: Mapping[str, Any]) -> Values:
     """Lay values over others, table by table; a table with another name is another thing (ours)."""
     if above.get("name", below.get("name")) != below.get("name") and "name" in below:
@@ -125,6 +139,15 @@ def validated(kind: type[Model], values: Values, places: Mapping[str, str], file
     if first["type"] == "literal_error":
         known = _choices(kind, steps)
         raise unknown_name(steps[-1].removesuffix("s"), str(first["input"]), known, where=where)
+    if not steps:
+        # A check of several values names them itself; the input would be all there is.
+        problem = _expected(first["msg"])
+        named = [
+            flag
+            for given, flag in places.items()
+            if re.search(rf"(?<![\w.]){re.escape(given)}(?!\w)", problem)
+        ]
+        raise InputError(problem, where=" and ".join(named) or file or "settings")
     raise InputError(
         f"found {_shown(first['input'])}", where=where, expected=_expected(first["msg"])
     )

@@ -23,6 +23,7 @@ from dmil.cli.configuration import (
     nested_value,
     read_file,
     validated,
+    with_tables,
     without,
 )
 from dmil.cli.options import Config, Debug, Json, PrintConfig
@@ -210,7 +211,7 @@ def _settings(
     kind: type[Model], options: tuple[Option, ...], given: Mapping[str, Any], file: Path | None
 ) -> Model:
     """Lay the options that were given over the file's values and check them all."""
-    values: Values = read_file(file, kind) if file else {}
+    values: Values = with_tables(read_file(file, kind), kind) if file else {}
     places: dict[str, str] = {}
     for option in options:
         typed = given[option.name]

@@ -81,7 +81,8 @@ def read_options(texts: Iterable[str], *, where: str) -> dict[str, Any]:
                 f"found '{text}'", where=where, expected="option=value, such as epsilon=0.2"
             )
         read = _value(value)
-        if found.setdefault(option, read) != read:
+        # Compared as written: nan is not equal to itself.
+        if repr(found.setdefault(option, read)) != repr(read):
             raise InputError(f"'{option}' is given twice", where=where, expected="one value")
     return found
 

@@ -13,6 +13,7 @@ from dmil.analysis import Tables, tables_of
 from dmil.analysis.cells import BASELINES, PRESET_ORDER, Cells
 from dmil.analysis.claims import FEWEST_SEEDS
 from dmil.analysis.paper import NO_MEMORY, PAPER_COLUMNS, SOURCE, scenario_label
+from dmil.controllers.settings import DualMemorySettings
 from dmil.errors import unknown_name
 from dmil.reports.assumptions import assumptions, changed, configuration_rows
 from dmil.reports.figure import Figure
@@ -126,6 +127,7 @@ def _page(results: Results, tables: Tables, figures: list[Figure], preset: str) 
         no_memory={
             name: cells.reading.architecture(NO_MEMORY, name).embedding for name in cells.presets
         },
+        rule=DualMemorySettings().model_dump() | (configuration.get("dual_memory") or {}),
         exchange=tables.exchange.rows(named=True),
         memory=tables.memory.filter(pl.col("preset") == preset).rows(named=True),
         reproduced=tables.reproduced.rows(named=True),

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from itertools import product
 
+from dmil.controllers.variants import read_options
 from dmil.studies.settings import PaperStudySettings
 
 BASELINES = ("random", "fixed-cycle", "longest-queue-first", "max-pressure")
@@ -123,9 +124,13 @@ def variants(settings: PaperStudySettings, block: Block) -> list[Architecture]:
     own = Architecture(
         "dual-memory", settings.complex_readings[0], True, reward, settings.dual_memory.epsilon
     )
+    rule = settings.dual_memory.model_dump()
     return [
         replace(own, variant=variant, communication=variant != "communication=false")
         for variant in VARIANTS
+        # What the study does anyway is no variant of it.
+        if variant.startswith("communication=")
+        or any(rule[name] != value for name, value in read_options([variant], where="").items())
     ]
 
 

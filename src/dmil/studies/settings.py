@@ -180,7 +180,10 @@ class PaperStudySettings(BaseModel):
     def _no_memory_is_run(self) -> Self:
         run = ("exact", "simple", self.complex_readings[0])
         if self.no_memory_embedding not in (None, *run):
-            raise ValueError(f"no_memory_embedding to be one of {', '.join(run)}, which are run")
+            raise ValueError(
+                f"no_memory_embedding is {self.no_memory_embedding}, which is not run: choose "
+                f"one of {', '.join(run)}"
+            )
         return self
 
     def preset(self, name: str) -> Preset:

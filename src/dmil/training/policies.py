@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import ValidationError
 
 import dmil
-from dmil.controllers import MemoryController, Situation, make_controller
+from dmil.controllers import CONTROLLERS, MemoryController, Situation, make_controller
 from dmil.controllers.agents import agents_of
 from dmil.errors import InputError, PolicyError
 from dmil.files import write_atomically
@@ -23,6 +23,8 @@ from dmil.seeding import stream
 FORMAT = "dmil-policy"
 FORMAT_VERSION = 1
 HEADER = "header"
+KEYED_BY = {"embedding", "scale_levels", "tolerance", "announced"}
+"""Options that say under which key a state stands: what was learned is found by no other."""
 HEADER_FIELDS = {
     "controller": str,
     "options": dict,
@@ -201,8 +203,16 @@ def controller_of(
     Raises
     ------
     PolicyError
-        If the network does not fit.
+        If the network does not fit, or a change would read what was learned by other keys.
     """
+    for name in KEYED_BY & changes.keys():
+        trained = policy.options.get(name, _usual(policy.controller, name))
+        if changes[name] != trained:
+            raise PolicyError(
+                f"{name} = {changes[name]} for a policy that was trained with {trained}",
+                where=where,
+                mend="leave it out, or train another policy: entries are found by it",
+            )
     shapes = shapes_of(network)
     if len(shapes) != len(policy.shapes):
         raise PolicyError(
@@ -226,6 +236,13 @@ def controller_of(
     controller.begin(Situation(network, SignalTiming(), stream(0, "restore")))
     controller.restore(policy.arrays)
     return controller
+
+
+def _usual(controller: str, name: str) -> object:
+    """Return the default of a controller's option."""
+    entry = CONTROLLERS.get(controller)
+    fields = entry.settings.model_fields if entry and entry.settings else {}
+    return fields[name].default if name in fields else None
 
 
 def shapes_of(network: RoadNetwork) -> list[str]:

@@ -261,3 +261,41 @@ def test_a_study_keeps_what_it_was_and_its_runs_differ(dmil, tmp_path):
     assert told["timing"]["decision_interval_s"] == 5
     dmil(*study, "--ties", "coin", "--out", tmp_path / "plain", code=2)
     assert "it holds another study, with other ties" in dmil.err
+
+
+def test_options_go_over_a_controller_that_a_file_names_in_one_word(dmil, tmp_path):
+    file = tmp_path / "c.toml"
+    file.write_text('controller = "dual-memory"\nscenario = "grid:1x1"\nhorizon_s = 60\n')
+    found = dmil.json("simulate", "--config", file, "--set", "epsilon=0.3")
+    assert found["controller"] == "dual-memory,epsilon=0.3"
+
+
+def test_a_policy_keeps_the_classes_that_it_was_trained_with(dmil, tmp_path):
+    policy = tmp_path / "p.npz"
+    scenario = ("--scenario", "grid:1x1", "--steps", 60)
+    train = ("--episodes", 1, "--set", "embedding=complex-scaled")
+    dmil("train", *scenario, "--controller", "dual-memory", *train, "--out", policy)
+    for change in ("embedding=exact", "tolerance=2", "scale_levels=3", "announced=true"):
+        dmil("simulate", "--policy", policy, "--set", change, code=2)
+        assert "for a policy that was trained with" in dmil.err
+        assert change.split("=")[0] in dmil.err
+    for change in ("embedding=complex-scaled", "epsilon=0.1"):
+        dmil("simulate", "--policy", policy, "--set", change)
+
+
+@pytest.mark.parametrize(
+    ("change", "where"),
+    [
+        ("sarsa.embedding=complex", "--set sarsa.embedding: sarsa.embedding is set by the study"),
+        ("no_memory_embedding=complex-scaled", "--set no_memory_embedding: no_memory_embedding is"),
+    ],
+)
+def test_a_check_of_several_values_names_the_option(dmil, tmp_path, change, where):
+    dmil("study", "paper", "--set", change, "--out", tmp_path / "s", code=2)
+    assert where in dmil.err
+    assert "PosixPath" not in dmil.err
+
+
+def test_not_a_number_is_no_number_given_twice(dmil):
+    dmil("simulate", "--scenario", "grid:1x1", "--set", "grid.link_time_s=nan", code=2)
+    assert "expected a finite number" in dmil.err

@@ -4,6 +4,7 @@ from collections import Counter
 
 import pytest
 
+from dmil.controllers.settings import DualMemorySettings
 from dmil.errors import InputError
 from dmil.studies import PRESETS, PaperStudySettings
 from dmil.studies.plan import BASELINES, VARIANTS, architectures, blocks, training_s, variants
@@ -54,6 +55,12 @@ def test_variants_run_once_in_the_last_preset_on_the_largest_grid():
     assert tuple(each.variant for each in found[block]) == VARIANTS
     assert [each.communication for each in found[block]].count(False) == 1
     assert not set(found[block]) & set(architectures(settings))
+    # What a study does anyway is no variant of it.
+    own = settings.model_copy(
+        update={"dual_memory": DualMemorySettings(trigger="staging", sent="both")}
+    )
+    left = {each.variant for each in variants(own, block)}
+    assert set(VARIANTS) - left == {"trigger=staging", "sent=both"}
     for other in (
         PaperStudySettings(grids=("3x3",), variant_seeds=0),
         PaperStudySettings(grids=("1x1",)),
