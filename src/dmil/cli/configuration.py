@@ -145,7 +145,7 @@ def validated(kind: type[Model], values: Values, places: Mapping[str, str], file
         named = [
             flag
             for given, flag in places.items()
-            if re.search(rf"(?<![\w.]){re.escape(given)}(?!\w)", problem)
+            if re.search(rf"(?<![\w.]){re.escape(given)} (is|\()", problem)
         ]
         raise InputError(problem, where=" and ".join(named) or file or "settings")
     raise InputError(
