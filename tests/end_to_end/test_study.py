@@ -47,7 +47,7 @@ def test_the_json_keeps_its_contract(study):
     folder, found = study
     assert found.keys() >= {"cells", "claims", "wall_s"}
     assert found["wall_s"] > 0
-    assert len(found["cells"]) == 46
+    assert len(found["cells"]) == 52
     for cell in found["cells"]:
         assert cell.keys() == CELL.keys()
         learns = cell["reward"] is not None
