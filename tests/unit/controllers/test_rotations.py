@@ -72,7 +72,8 @@ def rotated(state, turn):
 
 
 def variants_of(state):
-    key, variants = np.zeros(12, np.int32), np.zeros((4, 12), np.int32)
+    places = CLASSES.orientation_image.shape[2]
+    key, variants = np.zeros(places, np.int32), np.zeros((4, places), np.int32)
     embed(CLASSES, np.array(state, np.int32), key)
     vary(CLASSES, 0, key, variants)
     return variants
@@ -81,10 +82,14 @@ def variants_of(state):
 def has_one_nearest(state, tables):
     """Tell whether no two keys or rotations are equally near, so that order decides nothing."""
     for keys in tables:
-        off = np.abs(keys[:, None] - variants_of(state)[None])
-        distances = np.sort(off.sum(axis=2)[off.max(axis=2) <= 1])
-        if len(distances) > 1 and distances[0] == distances[1]:
-            return False
+        whole = np.abs(keys[:, None] - variants_of(state)[None])
+        # The first part in which a key is near decides.
+        for off in np.split(whole, CLASSES.parts, axis=2):
+            distances = np.sort(off.sum(axis=2)[off.max(axis=2) <= 1])
+            if len(distances) > 1 and distances[0] == distances[1]:
+                return False
+            if len(distances):
+                break
     return True
 
 
