@@ -27,7 +27,7 @@ def test_what_is_written_is_read(study):
         runs, series = results.runs(), results.series()
     assert dict(runs.schema) == RUNS_SCHEMA
     assert dict(series.schema) == SERIES_SCHEMA
-    assert runs.height == 3 * 18 and series.height == 3 * 18 * 31
+    assert runs.height == 3 * 23 and series.height == 3 * 23 * 31
     first = runs.filter((pl.col("controller") == "max-pressure") & (pl.col("seed") == 0))
     assert first["reward"].to_list() == [None] and first["communication"].to_list() == [False]
 
@@ -151,7 +151,7 @@ def test_a_manifest_that_is_not_json_is_refused(tmp_path):
 def test_a_quote_in_the_folder_is_no_sql(make_study):
     folder = make_study("it's here", seeds=1, scenarios=("grid:1x1",))
     with Results(folder) as results:
-        assert results.query("select count(*) from runs").item() == 46
+        assert results.query("select count(*) from runs").item() == 55
 
 
 def test_a_folder_whose_name_looks_like_a_pattern_is_read_itself(make_study):
@@ -159,7 +159,7 @@ def test_a_folder_whose_name_looks_like_a_pattern_is_read_itself(make_study):
     for name in ("run[1]", "run*", "run?"):
         folder = make_study(name, seeds=1, scenarios=("grid:1x1",))
         with Results(folder) as results:
-            assert results.runs().height == 46
+            assert results.runs().height == 55
             assert results.series()["seed"].unique().to_list() == [0]
 
 
