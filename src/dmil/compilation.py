@@ -16,9 +16,10 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
+from numba import types
 
 WARM_FILE = "warm"
 MARKS = (b"kernel\n", b"(NamedTuple)")
@@ -62,6 +63,43 @@ def mark_warm() -> None:
         (cache_folder() / WARM_FILE).touch()
 
 
+class Kernel:
+    """A compiled function (ours).
+
+    It is compiled anew for every caller's types. Called from Python it needs a wrapper that takes
+    arrays out of objects, which for tuples of arrays costs more than the function itself to
+    compile: another kernel gets it without one, and for whole numbers of one width, whatever width
+    it has at hand. Together that is half of what a first start takes.
+
+    Parameters
+    ----------
+    function
+        What to compile.
+    options
+        Of Numba.
+    """
+
+    def __init__(self, function: Callable[..., Any], **options: bool) -> None:
+        self.__wrapped__ = function
+        self.__doc__ = function.__doc__
+        self._from_python = _compiled(function, cache=True, no_cfunc_wrapper=True, **options)
+        self._from_kernels = _compiled(
+            function, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options
+        )
+        for_types = self._from_kernels.get_call_template
+        self._from_kernels.get_call_template = lambda arguments, named: for_types(
+            tuple(map(_of_one_width, arguments)), named
+        )
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self._from_python(*arguments)
+
+    @property
+    def _numba_type_(self) -> types.Dispatcher:
+        """What other kernels see."""
+        return types.Dispatcher(self._from_kernels)
+
+
 def kernel(function: Function) -> Function:
     """Compile a function that allocates nothing; keep the machine code on disk (ours).
 
@@ -69,19 +107,31 @@ def kernel(function: Function) -> Function:
     Numba's reference counting of arrays, which otherwise takes most of the time of a function
     that works on tuples of arrays (five times the time of the queue simulator).
     """
-    return _compiled(function, _nrt=False)
+    return cast(Function, Kernel(function, _nrt=False))
+
+
+def inlined_kernel(function: Function) -> Function:
+    """Compile a small function into every kernel that calls it (ours).
+
+    A call hands over all arrays of all tuples, which may take longer than what it is for.
+    """
+    return cast(Function, Kernel(function, _nrt=False, forceinline=True))
 
 
 def allocating_kernel(function: Function) -> Function:
     """Compile a function that makes arrays; keep the machine code on disk (ours)."""
-    return _compiled(function)
+    return cast(Function, Kernel(function))
 
 
-def _compiled(function: Function, **options: bool) -> Function:
+def _compiled(function: Callable[..., Any], **options: bool) -> Any:
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(cache_folder())
     try:
-        compiled: Function = numba.njit(cache=True, error_model="numpy", **options)(function)
+        return numba.njit(error_model="numpy", **options)(function)
     finally:
         numba.config.CACHE_DIR = before
-    return compiled
+
+
+def _of_one_width(type_: types.Type) -> types.Type:
+    plain = types.unliteral(type_)
+    return types.int64 if isinstance(plain, types.Integer) and plain.signed else plain

@@ -153,16 +153,34 @@ def test_machine_code_is_kept_in_the_folder_and_found_by_the_next_process(tmp_pa
     module = tmp_path / "stranger.py"
     module.write_text(
         "from dmil.compilation import kernel\n\n\n"
-        f"{MARK}\ndef double(x):\n    return 2 * x\n\n\n"
-        "print(double(21), sum(double.stats.cache_hits.values()))\n"
+        f"{MARK}\ndef twice(x):\n    return 2 * x\n\n\n"
+        f"{MARK}\ndef four_times(x):\n    return twice(x) + twice(x)\n\n\n"
+        "print(four_times(21))\n"
     )
 
-    def run() -> str:
+    def files_after_a_run() -> dict[Path, int]:
         environment = {"DMIL_CACHE": str(tmp_path / "cache"), "PATH": ""}
         command = [sys.executable, str(module)]
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-        return done.stdout
+        assert done.stdout == "84\n"
+        kept = (tmp_path / "cache" / "dmil" / "kernels").rglob("*.nb?")
+        return {path: path.stat().st_mtime_ns for path in kept}
 
-    assert run() == "42 0\n"
-    assert list((tmp_path / "cache" / "dmil" / "kernels").rglob("*.nbc"))
-    assert run() == "42 1\n"
+    first = files_after_a_run()
+    assert {path.suffix for path in first} == {".nbc", ".nbi"}
+    assert files_after_a_run() == first  # what is compiled anew is written anew
+
+
+def test_a_kernel_is_compiled_once_for_whole_numbers_of_any_width():
+    @kernel
+    def one_more(x):
+        return x + 1
+
+    @kernel
+    def sums(narrow, wide):
+        return one_more(narrow[0]) + one_more(wide[0]) + one_more(1)
+
+    assert sums(np.array([1], np.int32), np.array([2], np.int64)) == 7
+    assert len(one_more._numba_type_.dispatcher.signatures) == 1
+    # Called from Python it is compiled as for everybody.
+    assert one_more(4) == 5

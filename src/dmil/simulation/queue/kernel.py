@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dmil.compilation import kernel
+from dmil.compilation import inlined_kernel, kernel
 from dmil.simulation.queue.state import (
     ARRIVED,
     NEXT_VEHICLE,
@@ -20,7 +20,7 @@ from dmil.simulation.queue.state import (
     State,
     Trips,
 )
-from dmil.simulation.timing import Rules, follow_programs, grant
+from dmil.simulation.timing import NEVER_S, Rules, follow_programs, grant
 
 
 @kernel
@@ -61,8 +61,9 @@ def advance(
         counters[TIME],
         rules,
     )
+    _wake_lanes(trips, state)
     # Arrays are taken out of their tuples once: the loop over all lanes is the hot one.
-    front, due_front = state.front, state.due_front
+    wake_s, due_front = state.wake_s, state.due_front
     depart_s, arrived_at, queued_at = trips.depart_s, state.arrived_at, state.queued_at
     begin_s, end_s = counters[TIME], counters[TIME] + steps
     _count_queued(state, steps)
@@ -72,6 +73,7 @@ def advance(
             switch_s = follow_programs(
                 layout.programs, state.go_from_s, state.switch_s, time_s, rules.startup_lost_s
             )
+            _wake_lanes(trips, state)
         next_vehicle = counters[NEXT_VEHICLE]
         if next_vehicle < depart_s.shape[0] and depart_s[next_vehicle] <= time_s:
             _depart(layout, trips, state, time_s, end_s)
@@ -79,8 +81,8 @@ def advance(
             _enter_where_room(layout, trips, state, time_s, end_s)
         if due_front[time_s % due_front.shape[0]] != NOBODY:
             _reach_leg_ends(layout, trips, state, time_s, end_s)
-        for lane in range(front.shape[0]):
-            if front[lane] != NOBODY:
+        for lane in range(wake_s.shape[0]):
+            if wake_s[lane] <= time_s:
                 _discharge(layout, trips, state, lane, time_s, end_s)
         counters[OUTSIDE_STEPS] += counters[OUTSIDE]
         waiting_veh = counters[WAITING] + counters[OUTSIDE]
@@ -90,6 +92,28 @@ def advance(
     counters[TIME] = end_s
     _count_standing(layout, trips, state, rules.startup_lost_s)
     _count_approaching(trips, state, rules.decision_interval_s)
+
+
+@kernel
+def _wake_lanes(trips: Trips, state: State) -> None:
+    """Note for all lanes when they may move, after signals have changed."""
+    for lane in range(state.wake_s.shape[0]):
+        _wake_lane(trips, state, lane)
+
+
+@inlined_kernel
+def _wake_lane(trips: Trips, state: State, lane: int) -> None:
+    """Note the first second in which the first vehicle of a lane may have green and headway.
+
+    Until then the lane needs no look: what else holds a vehicle back is asked when it is time.
+    """
+    if state.front[lane] == NOBODY:
+        state.wake_s[lane] = NEVER_S
+        return
+    slot = trips.slots[state.visit[state.front[lane]]]
+    orientations = state.queue_veh.shape[1]
+    go_from_s = state.go_from_s[slot // orientations, slot % orientations]
+    state.wake_s[lane] = max(go_from_s, int(state.ready_s[lane]))
 
 
 @kernel
@@ -154,7 +178,7 @@ def _count_standing(layout: Layout, trips: Trips, state: State, startup_lost_s: 
             vehicle = state.behind[vehicle]
 
 
-@kernel
+@inlined_kernel
 def _append(front: IntArray, back: IntArray, behind: IntArray, place: int, vehicle: int) -> None:
     """Put a vehicle at the end of the linked list that starts at ``front[place]``."""
     behind[vehicle] = NOBODY
@@ -194,12 +218,12 @@ def _enter_where_room(layout: Layout, trips: Trips, state: State, time_s: int, e
             _begin_leg(layout, trips, state, vehicle, time_s, end_s)
 
 
-@kernel
+@inlined_kernel
 def _has_room(layout: Layout, state: State, link: int) -> bool:
     return bool(state.occupancy_veh[link] < layout.capacity_veh[link])
 
 
-@kernel
+@inlined_kernel
 def _begin_leg(
     layout: Layout, trips: Trips, state: State, vehicle: int, time_s: int, end_s: int
 ) -> None:
@@ -225,7 +249,7 @@ def _reach_leg_ends(layout: Layout, trips: Trips, state: State, time_s: int, end
         vehicle = following
 
 
-@kernel
+@inlined_kernel
 def _reach_leg_end(
     layout: Layout, trips: Trips, state: State, vehicle: int, time_s: int, end_s: int
 ) -> None:
@@ -243,6 +267,8 @@ def _reach_leg_end(
             lane = layout.lanes[place]
     _append(state.front, state.back, state.behind, lane, vehicle)
     state.lane_veh[lane] += 1
+    if state.front[lane] == vehicle:
+        _wake_lane(trips, state, lane)
     orientations = state.queue_veh.shape[1]
     i, j = slot // orientations, slot % orientations
     state.queue_veh[i, j] += 1
@@ -252,7 +278,7 @@ def _reach_leg_end(
     state.counters[VISITS] += 1
 
 
-@kernel
+@inlined_kernel
 def _discharge(
     layout: Layout, trips: Trips, state: State, lane: int, time_s: int, end_s: int
 ) -> None:
@@ -285,9 +311,10 @@ def _discharge(
         state.visit[vehicle] += 1
         state.ready_s[lane] = max(state.ready_s[lane], float(time_s)) + layout.headway_s[slot]
         _begin_leg(layout, trips, state, vehicle, time_s, end_s)
+    _wake_lane(trips, state, lane)
 
 
-@kernel
+@inlined_kernel
 def _must_yield(
     layout: Layout, state: State, vehicle: int, lane: int, slot: int, time_s: int
 ) -> bool:

@@ -144,6 +144,9 @@ class State(NamedTuple):
         Next vehicle in the same list.
     ready_s: (lanes,) float64
         When the headway behind the last vehicle that went is over.
+    wake_s: (lanes,) int32
+        Before this second nothing moves in a lane: its first vehicle has red, or the headway before
+        it is not over; `NEVER_S` without one.
     occupancy_veh: (links,) int32
     outside_front, outside_back: (links,) int32
         Vehicles that have departed and find no room on their first leg.
@@ -172,6 +175,7 @@ class State(NamedTuple):
     lane_veh: IntArray
     behind: IntArray
     ready_s: FloatArray
+    wake_s: IntArray
     occupancy_veh: IntArray
     outside_front: IntArray
     outside_back: IntArray
@@ -221,6 +225,7 @@ def initial_state(layout: Layout, trips: Trips, horizon_s: int) -> State:
         lane_veh=zeros(lanes),
         behind=empty_lists(vehicles),
         ready_s=np.zeros(lanes),
+        wake_s=np.full(lanes, NEVER_S, np.int32),
         occupancy_veh=zeros(links),
         outside_front=empty_lists(links),
         outside_back=empty_lists(links),
