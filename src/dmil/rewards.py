@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -97,13 +96,13 @@ class DefaultReward:
     def __call__(self, before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
         """Return the orientations that grew by at most α minus those by at least α+θ."""
         alpha, theta = self.constants.relaxation_veh, self.constants.tolerated_veh
-        orientations = _orientations(network)
-        return _default(before.queue_veh, after.queue_veh, orientations, alpha, alpha + theta)
+        counts = network.movement_count
+        return _default(before.queue_veh, after.queue_veh, counts, alpha, alpha + theta)
 
 
 def diffusion(before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
     """Return −mean(sign(d)·d²) of the growths d over all orientations (paper, §VI-A)."""
-    return _diffusion(before.queue_veh, after.queue_veh, _orientations(network))
+    return _diffusion(before.queue_veh, after.queue_veh, network.movement_count)
 
 
 def entropy(before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
@@ -210,11 +209,6 @@ def check_constants(names: Iterable[str], constants: RewardConstants) -> None:
             expected="the reward 'default', the only one with constants",
             mend="leave them out, or choose that reward",
         )
-
-
-@lru_cache(maxsize=64)
-def _orientations(network: RoadNetwork) -> IntArray:
-    return np.array([len(item.movements) for item in network.intersections], np.int32)
 
 
 @allocating_kernel

@@ -87,14 +87,13 @@ class DualMemoryController(TabularLearner):
     def memory_use(self) -> MemoryUse:
         """Return how much is remembered now: 3·m_L + |A|·m_s per agent (paper, §V)."""
         short, long = self.memory.short, self.memory.long
-        actions = self._classes.phase_count[self.agents.shape]
-        agents = actions.size
+        agents = self._phase_count.size
         short_total, long_total = int(short.rows.size.sum()), int(long.rows.size.sum())
         return MemoryUse(
             short_term_entries=short_total / agents,
             long_term_entries=long_total / agents,
             table_entries=0.0,
-            msize=(3 * long_total + int(short.rows.size.dot(actions))) / agents,
+            msize=(3 * long_total + int(short.rows.size.dot(self._phase_count))) / agents,
             entries_total=short_total
             + (self._stored_once(long.rows.size) if self._sends_long else long_total),
             bytes_total=bytes_used(short.rows, short[1:])

@@ -11,7 +11,7 @@ from dmil.controllers.agents import Agents, classes_of
 from dmil.controllers.choice import explores, greedy_action, uniform_action, unseen_action
 from dmil.controllers.meetings import CHANGE, ROWS
 from dmil.controllers.prior import Prior
-from dmil.controllers.protocol import Arrays, IntArray, MemoryUse
+from dmil.controllers.protocol import Arrays, IntArray, MemoryUse, Situation
 from dmil.controllers.settings import SarsaSettings
 from dmil.controllers.tabular import FIRST_CAPACITY, Step, TabularLearner
 from dmil.memory import (
@@ -69,22 +69,22 @@ class SarsaController(TabularLearner):
         assert self._table is not None, "begin comes before anything else"
         return self._table
 
-    @property
-    def _owner(self) -> IntArray:
-        """Whose table an agent uses: (agents,) int32."""
+    def begin(self, situation: Situation) -> None:
+        """Get ready for a run; see `TabularLearner.begin`."""
+        super().begin(situation)
+        # Whose table an agent uses.
         shape = self.agents.shape
-        return shape if self.settings.shared else np.arange(shape.size, dtype=np.int32)
+        self._owner = shape if self.settings.shared else np.arange(shape.size, dtype=np.int32)
 
     def memory_use(self) -> MemoryUse:
         """Return how much is remembered now: |A|·m_Q per agent (paper, §V)."""
         table, sizes = self.table, self.table.rows.size
-        actions = self._classes.phase_count[self.agents.shape]
         entries = sizes[self._owner]
         return MemoryUse(
             short_term_entries=0.0,
             long_term_entries=0.0,
             table_entries=int(entries.sum()) / entries.size,
-            msize=int(entries.dot(actions)) / entries.size,
+            msize=int(entries.dot(self._phase_count)) / entries.size,
             entries_total=int(sizes.sum()) if self.settings.shared else self._stored_once(sizes),
             bytes_total=bytes_used(table.rows, table[1:]),
             messages=self._post.messages,

@@ -117,6 +117,7 @@ class TabularLearner(ABC):
             )
         self._agents = agents
         self._classes = classes_of(network, self._embedding)
+        self._phase_count = self._classes.phase_count[agents.shape]
         self._scratch = make_scratch(self._classes)
         self._rng, self._epsilon = situation.rng, self.settings.epsilon
         self._meetings = Meetings(self.settings, len(agents.signatures))

@@ -33,13 +33,12 @@ def bytes_used(rows: Rows, columns: Sequence[npt.NDArray[Any]]) -> int:
     rows
         Keyed rows of all owners.
     columns
-        What is stored with each row: (owners, capacity, …) arrays.
+        What is stored with each row: (owners, capacity, …) arrays, one row after the other.
     """
     stored = int(rows.size.sum())
     if not stored:
         return 0
-    owners, capacity, _ = rows.keys.shape
-    row_bytes = sum(array.nbytes // (owners * capacity) for array in (rows.keys, *columns))
+    row_bytes = sum(array.strides[1] for array in (rows.keys, *columns))
     if rows.tolerance:
         # One bit per row, place and level.
         index = stored * rows.near.shape[1] * rows.near.shape[2] // 8

@@ -244,6 +244,13 @@ class RoadNetwork:
         return tuple(i for i, link in enumerate(self.links) if link.end in fringe)
 
     @cached_property
+    def movement_count(self) -> npt.NDArray[np.int32]:
+        """Movements of each intersection: (intersections,) int32, read-only."""
+        counts = np.array([len(node.movements) for node in self.intersections], np.int32)
+        counts.flags.writeable = False
+        return counts
+
+    @cached_property
     def movement_index(self) -> dict[tuple[int, int], tuple[int, int]]:
         """(from link, to link) to (intersection, local movement), all as indices."""
         link = self.link_index

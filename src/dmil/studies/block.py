@@ -219,11 +219,16 @@ def _reward(settings: PaperStudySettings, name: str) -> Reward:
     return make_reward(name, settings.reward_constants if name == "default" else PAPER_CONSTANTS)
 
 
-# Blocks of one grid share network and simulators: what is derived from a network is kept with it.
 @lru_cache(maxsize=8)
 def _scenarios(
     recipe: str, training_s: int
 ) -> tuple[Scenario, QueueSimulator, Scenario, QueueSimulator]:
-    test = ScenarioRecipe.model_validate_json(recipe).build()
+    test = _scenario(recipe)
     training = replace(test, horizon_s=training_s)
     return test, QueueSimulator(test), training, QueueSimulator(training)
+
+
+# One network for all presets: what is derived from it is kept with it, or found by what it equals.
+@lru_cache(maxsize=8)
+def _scenario(recipe: str) -> Scenario:
+    return ScenarioRecipe.model_validate_json(recipe).build()
