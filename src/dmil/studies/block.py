@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from functools import lru_cache
 from typing import Any
@@ -43,15 +44,22 @@ class BlockResult:
     timings: list[Row] = field(default_factory=list)
 
 
-def run_block(settings: PaperStudySettings, block: Block) -> BlockResult:
-    """Run all architectures of a block; a run that fails becomes a row that says so (ours)."""
+def run_block(
+    settings: PaperStudySettings,
+    block: Block,
+    wanted: Callable[[Architecture], bool] = lambda architecture: True,
+) -> BlockResult:
+    """Run the architectures of a block that are wanted, by default all (ours).
+
+    A run that fails becomes a row that says so.
+    """
     stage = _stage(settings, block)
     runs, series = [], []
-    for architecture in architectures(settings):
+    for architecture in filter(wanted, architectures(settings)):
         row, course = _run(settings, block, architecture, stage)
         runs.append(row)
         series += course
-    varied = variants(settings, block)
+    varied = list(filter(wanted, variants(settings, block)))
     if varied:
         longer = stage.lasting(settings.horizon_s * settings.variant_factor, block.seed)
         runs += [_run(settings, block, architecture, longer)[0] for architecture in varied]

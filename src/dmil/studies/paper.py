@@ -51,7 +51,7 @@ def run_paper_study(
     check_study(settings)
 
     def prepare() -> Callable[[Block], BlockResult]:
-        compile_kernels()
+        compile_kernels(executor)
         return partial(run_block, settings)
 
     with StudyStore(folder, study_identity(settings)) as store:

@@ -66,7 +66,7 @@ def run_memories_study(
     check_memories_study(settings)
 
     def prepare() -> Callable[[MemoriesUnit], BlockResult]:
-        compile_kernels()
+        compile_kernels(executor)
         return partial(run_unit, settings)
 
     with StudyStore(folder, memories_identity(settings), MemoriesUnit) as store:

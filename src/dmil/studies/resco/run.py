@@ -64,7 +64,7 @@ def run_resco_study(
     plan = units(settings)
 
     def prepare() -> Callable[[ContenderUnit], BlockResult]:
-        compile_kernels()
+        compile_kernels(executor)
         if settings.calibrate:
             missing = [
                 name
