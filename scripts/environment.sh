@@ -39,8 +39,9 @@ if ! .venv/bin/python -m pip --version >/dev/null 2>&1 ||
     "$PYTHON" -m venv --clear .venv
 fi
 
+# Without --no-compile pip compiles every module of every package; Python does it for those in use.
 install() {
-    .venv/bin/python -m pip install --quiet --disable-pip-version-check "$@"
+    .venv/bin/python -m pip install --no-compile --quiet --disable-pip-version-check "$@"
 }
 
 if [ "$kind" = dev ]; then list=constraints-dev.txt; else list=constraints.txt; fi
