@@ -92,6 +92,7 @@ class Kernel:
         )
 
     def __call__(self, *arguments: Any) -> Any:
+        """Run it, compiled for these arguments."""
         return self._from_python(*arguments)
 
     @property

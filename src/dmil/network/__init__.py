@@ -13,9 +13,8 @@ from dmil.network.model import (
     RoadNetwork,
     Stage,
     Turn,
-    exit_sides,
-    shape_signature,
 )
+from dmil.network.shapes import exit_sides, shape_signature
 from dmil.network.sumo import Remark, SumoNetwork, SumoSignals, read_sumo_network
 
 __all__ = [

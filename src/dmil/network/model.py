@@ -7,21 +7,17 @@ may go together. The paper's intersection is one instance of this, not a special
 
 from __future__ import annotations
 
-import hashlib
-import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+Scalar = TypeVar("Scalar", bound=np.generic)
 Turn = Literal["right", "straight", "left", "uturn"]
 TURNS: tuple[Turn, ...] = ("right", "straight", "left", "uturn")
-SAME_SIDE_RAD = math.radians(30)
-"""Roads into and out of an intersection that differ by less are on one side."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -246,9 +242,8 @@ class RoadNetwork:
     @cached_property
     def movement_count(self) -> npt.NDArray[np.int32]:
         """Movements of each intersection: (intersections,) int32, read-only."""
-        counts = np.array([len(node.movements) for node in self.intersections], np.int32)
-        counts.flags.writeable = False
-        return counts
+        counts = [len(node.movements) for node in self.intersections]
+        return _read_only(np.array(counts, np.int32))
 
     @cached_property
     def movement_index(self) -> dict[tuple[int, int], tuple[int, int]]:
@@ -274,9 +269,7 @@ class RoadNetwork:
     @cached_property
     def free_flow_time_s(self) -> npt.NDArray[np.float64]:
         """Free-flow travel time of every link: (links,) float64, seconds, read-only."""
-        times = np.array([link.free_flow_time_s for link in self.links], dtype=np.float64)
-        times.flags.writeable = False
-        return times
+        return _read_only(np.array([link.free_flow_time_s for link in self.links], np.float64))
 
     @cached_property
     def slot_links(self) -> npt.NDArray[np.int32]:
@@ -286,8 +279,7 @@ class RoadNetwork:
         for i, node in enumerate(self.intersections):
             for j, move in enumerate(node.movements):
                 found[:, i, j] = index[move.from_link], index[move.to_link]
-        found.flags.writeable = False
-        return found
+        return _read_only(found)
 
     @property
     def clearance_s(self) -> float:
@@ -295,61 +287,6 @@ class RoadNetwork:
         return max((node.clearance_s for node in self.intersections), default=0.0)
 
 
-def shape_signature(intersection: Intersection) -> str:
-    """Return a digest of what makes two intersections interchangeable (ours).
-
-    Approaches, turns, phases and unsignalled movements count; names, lengths and the fixed-time
-    plan do not. Intersections of equal signature may share memory (paper, §IV-B).
-    """
-    shape = [
-        [[movement.approach, movement.turn] for movement in intersection.movements],
-        [sorted(phase) for phase in intersection.phases],
-        sorted(intersection.unsignalled),
-    ]
-    return hashlib.blake2b(json.dumps(shape).encode(), digest_size=8).hexdigest()
-
-
-def exit_sides(network: RoadNetwork, intersection: Intersection) -> tuple[int, ...]:
-    """Return for every movement the side by which it leaves, numbered like the approaches (ours).
-
-    A movement leaves by the side of the approach that comes from the node it goes to; where roads
-    into and out of a side have other nodes, such as split carriageways, by that of the approach
-    from the same direction. Sides that only lead away get the numbers after the approaches. For the
-    paper's intersection a movement from side s leaves by s + 1 (right), s + 2 (straight) or s + 3
-    (left), modulo 4.
-
-    Parameters
-    ----------
-    network
-        The roads.
-    intersection
-        One of its intersections.
-    """
-    links, index = network.links, network.link_index
-
-    def direction(node: str) -> float:
-        here, there = network.position_m[intersection.id], network.position_m[node]
-        return math.atan2(there[1] - here[1], there[0] - here[0])
-
-    side_of_node: dict[str, int] = {}
-    for movement in intersection.movements:
-        side_of_node.setdefault(links[index[movement.from_link]].start, movement.approach)
-    goals = dict.fromkeys(links[index[m.to_link]].end for m in intersection.movements)
-    taken = {side_of_node[node] for node in goals if node in side_of_node}
-    following = 1 + max(movement.approach for movement in intersection.movements)
-    for node in goals:
-        if node in side_of_node:
-            continue
-        turns = {
-            origin: abs(math.remainder(direction(node) - direction(origin), math.tau))
-            for origin, side in side_of_node.items()
-            if side not in taken
-        }
-        nearest = min(turns, key=turns.__getitem__, default=None)
-        if nearest is not None and turns[nearest] < SAME_SIDE_RAD:
-            side_of_node[node] = side_of_node[nearest]
-            taken.add(side_of_node[nearest])
-        else:
-            side_of_node[node] = following
-            following += 1
-    return tuple(side_of_node[links[index[m.to_link]].end] for m in intersection.movements)
+def _read_only(array: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
+    array.flags.writeable = False
+    return array
