@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
 
 from dmil.compilation import is_cold, mark_warm
+from dmil.controllers import Prior, Situation, make_controller
+from dmil.controllers.variants import read_options
+from dmil.memory import make_value_table
+from dmil.seeding import stream
+from dmil.simulation import Observation, QueueSimulator
 from dmil.studies.block import run_block
 from dmil.studies.executors import Executor, LocalExecutor
-from dmil.studies.plan import Architecture, Block
+from dmil.studies.plan import VARIANTS, Block
 from dmil.studies.settings import PaperStudySettings
+from dmil.training import vehicles_of_seed
 
-# The longest first. What the paper mentions beside its own rule has kernels of its own.
-PARTS: dict[str, Callable[[Architecture], bool]] = {
-    "memory-based": lambda each: each.controller == "dual-memory" and not each.variant,
-    "others": lambda each: each.controller != "dual-memory",
-    "variants": lambda each: bool(each.variant),
-}
-"""Parts of a study whose kernels differ most; each is compiled in one process."""
+# Two agents and 200 s: the smallest run in which the agents meet the central unit.
+SMALLEST = PaperStudySettings(grids=("1x2",), seeds=1, horizon_s=200, variant_seeds=0)
 
 
 def compile_kernels(executor: Executor | None = None) -> None:
     """Run a miniature of the study if the kernels are not compiled yet (ours).
 
-    Without it every worker process of a first start would compile the same kernels.
+    Without it every worker process of a first start would compile the same kernels. Those that the
+    memory-based agents alone have, more than half, are compiled beside the others.
 
     Parameters
     ----------
@@ -32,12 +37,35 @@ def compile_kernels(executor: Executor | None = None) -> None:
     if not is_cold():
         return
     here = executor if isinstance(executor, LocalExecutor) else LocalExecutor()
-    for _ in here.map(_compile, list(PARTS)):
+    for _ in here.map(_call, [_decide_from_memory, _run_the_others]):
         pass
     mark_warm()
 
 
-def _compile(part: str) -> None:
-    # Two agents and 200 s: the smallest run in which the agents meet the central unit.
-    settings = PaperStudySettings(grids=("1x2",), seeds=1, horizon_s=200, variant_seeds=1)
-    run_block(settings, Block(settings.presets[-1], "grid:1x2", 0), PARTS[part])
+def _call(part: Callable[[], None]) -> None:
+    part()
+
+
+def _run_the_others() -> None:
+    block = Block(SMALLEST.presets[0], "grid:1x2", 0)
+    run_block(SMALLEST, block, lambda architecture: architecture.controller != "dual-memory")
+
+
+def _decide_from_memory() -> None:
+    """Let the memory-based agents decide in an empty network: no simulator, and no training."""
+    scenario = SMALLEST.recipe("grid:1x2").build()
+    empty = QueueSimulator(scenario).reset(vehicles_of_seed(scenario, 0))
+    actions = max(len(item.phases) for item in scenario.network.intersections)
+    prior = Prior(make_value_table(1, 1, empty.queue_veh.shape[1], actions, tolerance=0))
+    for variant in VARIANTS:
+        options = SMALLEST.dual_memory.model_dump() | {"communication": True}
+        options |= read_options([variant], where="variant")
+        controller = make_controller("dual-memory", options, prior=prior)
+        chance = stream(0, "exploration")
+        controller.begin(Situation(scenario.network, scenario.timing, chance))
+        for observation in _course(empty, scenario.horizon_s):
+            controller.decide(observation, np.zeros(empty.phase.size))
+
+
+def _course(first: Observation, horizon_s: int) -> list[Observation]:
+    return [replace(first, time_s=time_s) for time_s in range(0, horizon_s, 10)]
