@@ -32,7 +32,6 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
-from dmil.controllers.baselines import covering_phases
 from dmil.controllers.cycles import Cycles
 from dmil.controllers.protocol import FloatArray, IntArray, Situation
 from dmil.demand import Vehicles
@@ -40,6 +39,7 @@ from dmil.errors import InputError
 from dmil.network import Intersection, RoadNetwork
 from dmil.scenarios import SignalTiming
 from dmil.simulation import Observation
+from dmil.simulation.stand_ins import covering_phases
 
 PRACTICAL_SATURATION = 0.9
 """Degree of saturation above which queues of random arrivals grow long (Webster 1958)."""

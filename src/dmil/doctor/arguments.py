@@ -10,13 +10,22 @@ from dmil.errors import InputError
 from dmil.network.xml_file import XmlWalk
 from dmil.scenarios.cityflow import find_cityflow_files
 from dmil.scenarios.resco import PREFIX, find_resco_configuration
-from dmil.scenarios.sumo import read_sumo_configuration
+from dmil.scenarios.sumo_configuration import ROOTS, read_sumo_configuration
 
 EXPECTED = (
     "the name of a scenario, a .sumocfg, a .net.xml with its route files, or a folder or files of "
     "CityFlow"
 )
 _SUMO = "sumo:"
+_DRIVES = {"vehicle", "trip", "flow", "person", "personFlow", "route", "routeDistribution"}
+_FURTHER = {
+    *("vType", "vTypeDistribution", "tlLogic", "WAUT", "wautJunction", "include", "location"),
+    *("busStop", "trainStop", "containerStop", "chargingStation", "parkingArea", "poly", "poi"),
+    *("inductionLoop", "e1Detector", "laneAreaDetector", "e2Detector", "entryExitDetector"),
+    *("e3Detector", "instantInductionLoop", "edgeData", "laneData", "timedEvent", "rerouter"),
+    *("variableSpeedSign", "calibrator", "routeProbe", "taz", "tazs", "vTypeProbe"),
+}
+"""Elements that tell route files, and others that SUMO loads, where the root's name does not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,14 +120,9 @@ def _sumo(paths: list[Path]) -> SumoFilesGiven:
     left_hand = False
     for path in paths:
         root, attributes = root_of(path)
-        kind = "configuration" if root in ("configuration", "sumoConfiguration") else root
+        kind = "configuration" if root in ROOTS else root
         if kind not in ("configuration", "net", "routes", "additional"):
-            raise InputError(
-                f"its root element is <{root}>",
-                where=str(path),
-                expected=f"{EXPECTED}",
-                mend="check that this is the right file",
-            )
+            kind = _kind_by_content(path, root)
         found.setdefault(kind, []).append(path)
         left_hand = left_hand or _keeps_left(kind, attributes)
     configurations, nets = found.get("configuration", []), found.get("net", [])
@@ -136,6 +140,26 @@ def _sumo(paths: list[Path]) -> SumoFilesGiven:
         routes=tuple(found.get("routes", ())),
         additional=tuple(found.get("additional", ())),
         left_hand=left_hand,
+    )
+
+
+def _kind_by_content(path: Path, root: str) -> str:
+    """Say what a file of SUMO is whose root element has a name of the user's own."""
+    met: set[str] = set()
+
+    def start(name: str, attributes: dict[str, str]) -> None:
+        met.add(name)
+
+    XmlWalk(path, start, met.add).run()
+    if met & _DRIVES:
+        return "routes"
+    if met & _FURTHER:
+        return "additional"
+    raise InputError(
+        f"its root element is <{root}>, and nothing in it is SUMO's",
+        where=str(path),
+        expected=f"{EXPECTED}",
+        mend="check that this is the right file",
     )
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from dmil.demand import Demand
+from dmil.demand.sumo.reader import has_vehicles
 from dmil.doctor.arguments import Given, SumoFilesGiven, sort_arguments
 from dmil.doctor.findings import Finding, finding
 from dmil.doctor.roads import Line, lines_of
@@ -210,8 +211,12 @@ def _sumo_case(
 ) -> Case:
     begin_s, horizon_s = window
     configuration = _configuration(given)
-    roads = read_sumo_network(configuration.net_file, phases=phases)
-    file = read_net_file(configuration.net_file)
+    start_s = configuration.begin_s if begin_s is None else begin_s
+    additional = configuration.additional_files
+    roads = read_sumo_network(
+        configuration.net_file, phases=phases, additional=additional, begin_s=start_s
+    )
+    file = read_net_file(configuration.net_file, additional=additional, begin_s=start_s)
     case = Case(
         name=given.name or roads.network.name,
         files=(*given.files, *_unnamed(given, configuration)),
@@ -220,12 +225,12 @@ def _sumo_case(
         demand=None,
         timing=SignalTiming(decision_interval_s=DECISION_INTERVAL_S, clearance_s=CLEARANCE_S),
         dynamics=QueueDynamics(saturation_flow_veh_per_s=SATURATION_FLOW_VEH_PER_S, storage=True),
-        begin_s=configuration.begin_s if begin_s is None else begin_s,
+        begin_s=start_s,
         horizon_s=horizon_s or NO_DEMAND_HORIZON_S,
         sumo=_facts(roads, file, given.left_hand),
         found=tuple(_on_options(configuration)),
     )
-    if not configuration.route_files:
+    if not configuration.route_files and not any(map(has_vehicles, additional)):
         return case
     made, found = _with_vehicles(configuration, window, phases, routing)
     return replace(

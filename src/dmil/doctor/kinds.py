@@ -2,151 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from dmil.doctor.signal_kinds import SEVERITIES, SIGNAL_KINDS, Kind, Severity
 
-Severity = Literal["error", "warning", "note"]
-SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """A sort of finding (ours).
-
-    Parameters
-    ----------
-    severity
-        How bad it usually is: an error makes results wrong, a warning makes them doubtful, a note
-        is good to know.
-    meaning
-        What it says about the files, whole sentences.
-    mend
-        What to do about it, whole sentences.
-    """
-
-    severity: Severity
-    meaning: str
-    mend: str
-
-
-SIGNAL_KINDS = {
-    "conflicting-greens": Kind(
-        "error",
-        "Two movements that cross or merge have the right of way (G) in one state. SUMO lets both "
-        "drive. It is a warning where only lanes of one movement merge.",
-        "Write g for the one that yields, or r.",
-    ),
-    "never-served": Kind(
-        "error",
-        "No stage of the signal program gives a movement green. A phase was added so that "
-        "controllers can serve it, but under the own program its vehicles wait for ever.",
-        "Give it green in a stage without yellow, or remove the connection.",
-    ),
-    "missing-yellow": Kind(
-        "warning",
-        "A green turns red at once. Under the own program SUMO's vehicles brake hard or drive over "
-        "red; where a controller decides, the scenario's clearance stands between two phases.",
-        "Put a stage with y between them.",
-    ),
-    "empty-stage": Kind(
-        "warning",
-        "A stage in which nobody goes lasts so long that it is hardly a clearance.",
-        "Shorten it to the all-red time that is needed, or remove it.",
-    ),
-    "no-action": Kind(
-        "warning",
-        "No stage of the program gives green to vehicles. The phases are derived from the "
-        "movements that do not cross, and there is no program to compare with.",
-        "Give the program a stage with G or g.",
-    ),
-    "single-action": Kind(
-        "warning",
-        "There is only one phase, so a controller has nothing to choose.",
-        "Derive phases instead (--phases derived), or leave it as it is at a pedestrian crossing.",
-    ),
-    "stage-order": Kind(
-        "warning",
-        "The stages do not follow each other in the file's order (next, or NEMA rings). As a "
-        "fixed-time plan they are taken in the file's order; for rings there is none.",
-        "Remove the attribute next or give a static program, if the plan is wanted.",
-    ),
-    "two-controllers": Kind(
-        "warning",
-        "A junction is under two controllers. It is taken to be the greater one's, and what the "
-        "other one controls there may always go.",
-        "Give it one controller (netconvert --tls.join, or netedit).",
-    ),
-    "no-right-of-way": Kind(
-        "warning",
-        "The junction has no matrix of right of way, so roads are taken to conflict with each "
-        "other.",
-        "Write the network anew with netconvert.",
-    ),
-    "long-cycle": Kind(
-        "warning",
-        "The own program takes more than 180 s until it begins again: drivers wait long, and a "
-        "comparison with it flatters every controller. Usual are 60 to 120 s.",
-        "Check the durations of its stages.",
-    ),
-    "clearance-beyond-interval": Kind(
-        "warning",
-        "Between two phases the own program clears for at least as long as the interval between "
-        "two decisions; a clearance of that length would leave no green.",
-        "Choose a longer --decision-interval.",
-    ),
-    "clearance-cut": Kind(
-        "note",
-        "The own program clears for longer than the scenario's timing does. Controllers then "
-        "change faster than the plan may, which flatters them.",
-        "Give the longer time with --clearance, and its last part as --all-red.",
-    ),
-    "mixed-stage": Kind(
-        "note",
-        "In some stages vehicles begin to go while others still have yellow. They are understood "
-        "as clearance: the own program shows them, a controller cannot choose them.",
-        "Nothing, unless such a stage is meant to be a phase; then give it no yellow.",
-    ),
-    "all-red": Kind(
-        "note",
-        "The own program has stages in which all is red. They are understood as clearance; under "
-        "a controller the scenario's timing decides how long all is red.",
-        "Give the same times with --clearance and --all-red.",
-    ),
-    "pedestrian-stage": Kind(
-        "note",
-        "A stage in which only pedestrians, bicycles or trains go. No phase shows it, so under a "
-        "controller they never have green of their own.",
-        "Give them green together with vehicles that they do not cross.",
-    ),
-    "several-programs": Kind(
-        "note",
-        "A controller has several programs. The last one is used, as SUMO does.",
-        "Remove the others, or put the one you want last.",
-    ),
-    "several-junctions": Kind(
-        "note",
-        "One controller governs several junctions. They are one intersection with one phase.",
-        "Nothing; to control them one by one, give each a controller of its own (netedit).",
-    ),
-    "no-vehicles": Kind(
-        "note",
-        "A signal controls no movement of vehicles and is left out.",
-        "Nothing, if it is for pedestrians or trains.",
-    ),
-    "adaptive-program": Kind(
-        "note",
-        "The own program is actuated: in SUMO its greens adapt to the traffic, in the queue "
-        "simulator they last as long as the file says. The controller 'program' is then the same "
-        "as 'actuated' in SUMO, and another one in the queue simulator.",
-        "Judge in SUMO (--simulator sumo).",
-    ),
-    "no-program": Kind(
-        "note",
-        "An intersection has no fixed-time program, so there is no fixed plan to compare with.",
-        "Give it a program in the network's file, if that comparison is wanted.",
-    ),
-}
-"""About signals and their programs."""
+__all__ = [
+    "DEMAND_KINDS",
+    "KINDS",
+    "ROAD_KINDS",
+    "SEVERITIES",
+    "SIGNAL_KINDS",
+    "Kind",
+    "Severity",
+    "kinds_markdown",
+]
 
 ROAD_KINDS = {
     "dead-end": Kind(
@@ -247,13 +114,8 @@ DEMAND_KINDS = {
     ),
     "signal-program": Kind(
         "warning",
-        "A file has programs of signals that are not part of the network. They are not used.",
-        "Put them into the network with netconvert.",
-    ),
-    "include": Kind(
-        "warning",
-        "Files that another one includes are not read.",
-        "Name them all as route files.",
+        "A route file has programs of signals. They are not used, as in SUMO.",
+        "Name the file as an additional one, or put them into the network with netconvert.",
     ),
     "entry-beyond-capacity": Kind(
         "warning",

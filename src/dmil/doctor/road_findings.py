@@ -73,7 +73,8 @@ def _on_program(case: Case, item: Intersection) -> Iterator[Finding]:
     if len(item.phases) == 1 and not case.sumo:  # of SUMO's the reader has said so
         yield finding("single-action", place, "it has one phase", mend="Give it more phases.")
     if item.program is None:
-        yield finding("no-program", place, "it has no fixed-time program")
+        if not item.own_control:  # the reader has said so
+            yield finding("no-program", place, "it has no fixed-time program")
         return
     if item.program.adaptive:
         yield finding("adaptive-program", place, "its program is actuated")

@@ -140,6 +140,9 @@ class Intersection:
         Local indices of the movements that always may go (the paper's right turns).
     program
         Fixed-time plan of the file, if it has one.
+    own_control
+        SUMO's type of the file's control where that is no plan of one stage after the other and
+        only SUMO can run it, such as ``NEMA``; else empty.
     phase_names
         One readable name per phase, may be empty.
     clearance_s
@@ -156,6 +159,7 @@ class Intersection:
     phases: tuple[frozenset[int], ...]
     unsignalled: frozenset[int]
     program: Program | None = None
+    own_control: str = ""
     phase_names: tuple[str, ...] = ()
     clearance_s: float = 0.0
     gives_way: tuple[tuple[int, ...], ...] = ()

@@ -3,11 +3,8 @@
 from dmil.scenarios.cityflow import cityflow_scenario
 from dmil.scenarios.model import QueueDynamics, Scenario, SignalTiming
 from dmil.scenarios.registry import scenario, scenario_names
-from dmil.scenarios.sumo import (
-    SumoConfiguration,
-    read_sumo_configuration,
-    sumo_scenario,
-)
+from dmil.scenarios.sumo import sumo_scenario
+from dmil.scenarios.sumo_configuration import SumoConfiguration, read_sumo_configuration
 from dmil.scenarios.sumo_files import SumoFiles
 
 __all__ = [

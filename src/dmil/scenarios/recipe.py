@@ -24,7 +24,8 @@ from dmil.scenarios.model import (
     SignalTiming,
 )
 from dmil.scenarios.registry import scenario, with_load
-from dmil.scenarios.sumo import SumoConfiguration, sumo_scenario
+from dmil.scenarios.sumo import sumo_scenario
+from dmil.scenarios.sumo_configuration import SumoConfiguration
 from dmil.scenarios.sumo_files import Routing
 
 LONGEST_LINK_S = 3600.0

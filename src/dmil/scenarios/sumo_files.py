@@ -30,6 +30,10 @@ class SumoFiles:
         SUMO's second that is second 0 of a run.
     routing
         Where the ways of trips are from; None where all vehicles have a route.
+    programs_xml
+        Signal programs and timetables beside the network's, as XML elements without a root element.
+    options
+        Further options of ``sumo``, as (name, value).
     """
 
     net_file: Path
@@ -38,3 +42,5 @@ class SumoFiles:
     vehicle_types_xml: str = ""
     begin_s: int = 0
     routing: Routing | None = None
+    programs_xml: str = ""
+    options: tuple[tuple[str, str], ...] = ()

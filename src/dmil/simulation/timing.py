@@ -16,6 +16,7 @@ from dmil.compilation import kernel
 from dmil.errors import InputError
 from dmil.network import RoadNetwork
 from dmil.scenarios import SignalTiming
+from dmil.simulation.stand_ins import stand_in
 
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
@@ -107,6 +108,8 @@ def signals_of(network: RoadNetwork) -> Signals:
 def programs_of(network: RoadNetwork, start_s: int = 0) -> Programs:
     """Return the fixed-time programs of a network, stages rounded to whole seconds (ours).
 
+    An intersection under a control that only SUMO can run gets a stand-in, see `stand_in`.
+
     Parameters
     ----------
     network
@@ -117,7 +120,7 @@ def programs_of(network: RoadNetwork, start_s: int = 0) -> Programs:
     orientations = max(len(item.movements) for item in network.intersections)
     offset, ends, greens, begin = [0], [], [], []
     for item in network.intersections:
-        stages = item.program.stages if item.program else ()
+        stages = item.program.stages if item.program else stand_in(item)
         end_s = np.round(np.cumsum([stage.duration_s for stage in stages])).astype(int).tolist()
         if end_s:
             end_s[-1] = max(end_s[-1], 1)

@@ -56,7 +56,6 @@ WAY = 'from="top0A0" to="A0bottom0"'
             "1 have stops instead",
         ),
         ("signal-program", "warning", '<tlLogic id="A0" programID="x"/>', "1 programs of signals"),
-        ("include", "warning", '<include href="more.xml"/>', "1 files are included"),
         (
             "no-road-vehicle",
             "note",

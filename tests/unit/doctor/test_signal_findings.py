@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -18,6 +19,9 @@ from tests.unit.doctor.conftest import (
     kinds,
     of_kind,
 )
+
+
+CASES = Path(__file__).parents[2] / "cases"
 
 
 def test_nothing_is_found_where_nothing_is_wrong(doctor, with_states):
@@ -106,8 +110,34 @@ def test_lanes_of_one_movement_that_merge_are_a_warning():
 def test_parallel_rings_have_no_plan(doctor, with_states):
     path = with_states(*PROGRAM, attributes='type="NEMA" programID="0" offset="0"')
     found = kinds(doctor(path))
-    assert "stage-order" in found
-    assert "no-program" in found
+    assert "own-control" in found
+    assert "no-program" not in found
+
+
+def test_stages_in_another_order_are_named(doctor, with_states):
+    path = with_states(*PROGRAM)
+    path.write_text(path.read_text().replace(f'state="{CLEAR_NS}"', f'state="{CLEAR_NS}" next="0"'))
+    (found,) = of_kind(doctor(path), "stage-order")
+    assert (found.severity, found.place) == ("warning", "tlLogic A0, stage 1")
+
+
+def test_a_timetable_of_programs_is_named(doctor, with_states):
+    timetable = '<WAUT id="w" startProg="0"><wautSwitch time="300" to="1"/></WAUT>'
+    timetable += '<wautJunction wautID="w" junctionID="A0"/>'
+    second = SECOND.format(NS, CLEAR_NS)
+    diagnosis = doctor(with_states(*PROGRAM), additional=second + timetable, horizon_s=600)
+    (found,) = of_kind(diagnosis, "program-switches")
+    assert (found.severity, found.place) == ("warning", "tlLogic A0")
+    assert "0 at the beginning, 1 from 300 s" in found.what
+    assert len(of_kind(diagnosis, "several-programs")) == 1
+
+
+def test_rail_crossings_and_rail_signals_are_left_to_sumo(doctor):
+    pytest.importorskip("sumolib", reason="needs the extra sumo")
+    diagnosis = examine(read_case([str(CASES / "rail-crossing" / "net.net.xml")]))
+    found = of_kind(diagnosis, "signal-of-sumo")
+    assert [each.place for each in found] == ["tlLogic X", "tlLogic RN"]
+    assert "rail_crossing" in found[0].what
 
 
 def test_several_programs(doctor, with_states):

@@ -75,6 +75,9 @@ SHORT = """<sumoConfiguration><n v="x.net.xml"/><r value="a.rou.xml,b c.rou.xml.
 <additional value="types.add.xml"/><b value="25200"/><e value="26000"/></sumoConfiguration>"""
 
 
+FILES = '<r value="a.rou.xml,b c.rou.xml.gz"/>\n<additional value="types.add.xml"/>'
+
+
 def written(folder, text, name="x.sumocfg"):
     (folder / name).write_text(text)
     return folder / name
@@ -107,7 +110,14 @@ def test_steps_of_another_length_and_a_scale_are_not_lost(folder):
     ("old", "new", "message"),
     [
         ('<n v="x.net.xml"/>', "", "x.sumocfg: it names no net-file.*--net and --routes"),
-        ('<r value="a.rou.xml,b c.rou.xml.gz"/>', "", "it names no route-files"),
+        (FILES, "", "it names no route-files"),
+        ("<n ", '<horizon value="1"/><n ', r"line 1, column 20: SUMO has no option 'horizon'"),
+        ("<n ", '<begin value="1"/><n ', r"the option begin is given twice"),
+        (
+            "<n ",
+            '<load-state value="s.xml"/><n ',
+            r"load-state \(s.xml\) cannot be followed: a run",
+        ),
         ('v="x.net.xml"', "", r"line 1, column 20: <n> has no value"),
         ('<b value="25200"/>', '<b value="dawn"/>', "begin is 'dawn'; expected seconds"),
         ('<b value="25200"/>', '<b value="0.5"/>', "begin is '0.5'; expected whole seconds"),

@@ -28,6 +28,7 @@ from dmil.network import RoadNetwork
 from dmil.network.xml_file import iter_elements
 
 VEHICLES = ("vehicle", "trip", "flow")
+ROOTS = ("routes", "additional")
 ANOTHER_NETWORK = 0.9
 """Share of vehicles on unknown edges from which on the files belong to another network."""
 
@@ -55,7 +56,6 @@ _COUNTED = {
     "rerouter": "device",
     "variableSpeedSign": "device",
     "calibrator": "device",
-    "include": "include",
 }
 _READ = (*VEHICLES, "vType", "vTypeDistribution", "route", "routeDistribution", *_COUNTED)
 
@@ -83,7 +83,7 @@ def read_sumo_routes(
     network
         The roads, from `dmil.network.sumo.read_sumo_network`.
     additional
-        Files with further vehicle types and routes, read first.
+        Files with further vehicle types, routes and vehicles, read first.
     begin_s
         SUMO's time at which a run begins: it is second 0 of the demand.
     end_s
@@ -106,7 +106,23 @@ def read_sumo_routes(
         reading.read(path, in_order=False)
     for path in files:
         reading.read(path, in_order=True)
-    return reading.demand(", ".join(map(str, files)))
+    return reading.demand(", ".join(map(str, files or additional)))
+
+
+def has_vehicles(path: str | Path) -> bool:
+    """Tell whether a file defines vehicles, trips or flows (ours).
+
+    Parameters
+    ----------
+    path
+        A route file or an additional one.
+
+    Raises
+    ------
+    DemandError
+        If it is missing, unsafe or no XML up to the first of them.
+    """
+    return any(iter_elements(path, VEHICLES, root=ROOTS, error=DemandError))
 
 
 class _Reading:
@@ -134,8 +150,7 @@ class _Reading:
     def read(self, path: str | Path, *, in_order: bool) -> None:
         """Take up all that a file defines; of a route file SUMO takes vehicles in order only."""
         latest_s = -math.inf
-        roots = ("routes", "additional")
-        for place, element in iter_elements(path, _READ, root=roots, error=DemandError):
+        for place, element in iter_elements(path, _READ, root=ROOTS, error=DemandError):
             entry = Entry(place, element)
             if element.tag in VEHICLES:
                 departures = self._departures(entry)
@@ -151,7 +166,8 @@ class _Reading:
             elif element.tag in ("route", "routeDistribution"):
                 self._ways.define(entry)
             else:
-                self._remarks.add(_COUNTED[element.tag], entry.id or entry.get("href") or "")
+                if in_order or element.tag != "tlLogic":  # of additional files it is read
+                    self._remarks.add(_COUNTED[element.tag], entry.id)
 
     def _departures(self, entry: Entry) -> Listed | Drawn | None:
         name = entry.required("id")

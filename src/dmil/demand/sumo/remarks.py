@@ -27,10 +27,9 @@ TEXTS = {
     "route-part": "begin or end within their route (departEdge, arrivalEdge); they drive all of it",
     "free-flow": "drive the way that is fastest at free flow, while SUMO looks for the fastest in "
     "the traffic at departure",
-    "signal-program": "programs of signals outside the network's file are not used; put them into "
-    "the network with netconvert",
+    "signal-program": "programs of signals in route files are not used, as in SUMO; name the file "
+    "as an additional one",
     "device": "definitions that act on vehicles during the run are not used",
-    "include": "files are included by another one and not read; name them all as route files",
 }
 """Kind of remark to what it says after a number and an example."""
 

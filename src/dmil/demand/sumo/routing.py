@@ -49,7 +49,12 @@ def sumo_is_installed() -> bool:
 
 
 def routed_by_sumo(
-    demand: SumoDemand, network: RoadNetwork, net_file: Path, horizon_s: int
+    demand: SumoDemand,
+    network: RoadNetwork,
+    net_file: Path,
+    horizon_s: int,
+    *,
+    programs_xml: str = "",
 ) -> SumoDemand:
     """Return the demand with the ways that SUMO chooses for its trips (SUMO docs: Demand/Routing).
 
@@ -68,6 +73,8 @@ def routed_by_sumo(
         The same as SUMO's file.
     horizon_s
         Departures before this second of a run count.
+    programs_xml
+        Signal programs beside the network's, as XML elements without a root element.
 
     Raises
     ------
@@ -87,13 +94,18 @@ def routed_by_sumo(
         *("--seed", str(SEED)),
         *("--time-to-teleport", "-1"),
     ]
-    made_from = (_version(), " ".join(options), vehicles_xml)
+    made_from = (
+        _version(),
+        " ".join(options),
+        vehicles_xml,
+        *([programs_xml] if programs_xml else []),
+    )
     digest = hashlib.blake2b(net_file.read_bytes(), digest_size=16)
     digest.update("\n".join(made_from).encode())
     kept = user_cache_folder() / _FOLDER / f"{digest.hexdigest()}.txt"
     found = _kept(kept)
     if found is None:
-        found = _asked(net_file, vehicles_xml, options)
+        found = _asked(net_file, vehicles_xml, programs_xml, options)
         # Where no cache can be written every start asks, and nothing else is wrong.
         with suppress(OutputError):
             write_text_atomically(kept, _as_text(found))
@@ -164,7 +176,7 @@ def _vehicles_xml(demand: SumoDemand, network: RoadNetwork, horizon_s: int) -> I
     yield "</routes>\n"
 
 
-def _asked(net_file: Path, vehicles_xml: str, options: list[str]) -> Found:
+def _asked(net_file: Path, vehicles_xml: str, programs_xml: str, options: list[str]) -> Found:
     """Run SUMO and return the ways of the trips.
 
     Raises
@@ -177,6 +189,10 @@ def _asked(net_file: Path, vehicles_xml: str, options: list[str]) -> Found:
         routes, output = Path(folder, "vehicles.rou.xml"), Path(folder, "ways.xml")
         routes.write_text(vehicles_xml, encoding="utf-8")
         command = [str(program), "--net-file", str(net_file), "--route-files", str(routes)]
+        if programs_xml:
+            programs = Path(folder, "programs.add.xml")
+            programs.write_text(f"<additional>\n{programs_xml}</additional>\n", encoding="utf-8")
+            command += ["--additional-files", str(programs)]
         command += ["--vehroute-output", str(output), "--vehroute-output.last-route"]
         command += ["--vehroute-output.write-unfinished", "--no-step-log", "--no-warnings"]
         command += ["--xml-validation", "never", "--xml-validation.net", "never"]

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from xml.etree.ElementTree import Element, SubElement
 
 from dmil.errors import MissingExtraError, NetworkError
-from dmil.network.sumo.net_records import Connection, Edge, Logic, NetFile, Point, Stage
+from dmil.network.sumo.net_records import Connection, Edge, NetFile, Point
+from dmil.network.sumo.signal_programs import SignalPrograms
 from dmil.network.xml_file import XmlWalk
 
 MOTOR_CLASSES = frozenset(
@@ -21,13 +23,19 @@ MOTOR_CLASSES = frozenset(
 """SUMO's classes of road vehicles with a motor; an edge for none of them is no link."""
 
 
-def read_net_file(path: str | Path) -> NetFile:
+def read_net_file(
+    path: str | Path, *, additional: Sequence[str | Path] = (), begin_s: float = 0.0
+) -> NetFile:
     """Read a SUMO network file (ours).
 
     Parameters
     ----------
     path
         The file, gzipped or not.
+    additional
+        Files with further signal programs and timetables of programs.
+    begin_s
+        SUMO's time at which a run begins; timetables depend on it.
 
     Raises
     ------
@@ -40,19 +48,32 @@ def read_net_file(path: str | Path) -> NetFile:
         from sumolib.net import NetReader
     except ImportError:
         raise MissingExtraError("sumo") from None
-    guard = _Guard(str(path), NetReader(withPrograms=True, withFoes=False))
+    guard = _Guard(
+        str(path), NetReader(withPrograms=False, withFoes=False), SignalPrograms(begin_s)
+    )
     walk = XmlWalk(path, guard.start, guard.end, root=("net",), error=NetworkError)
     guard.walk = walk
     walk.run()
+    guard.programs.read(additional)
     net = guard.reader.getNet()
+    letters = {
+        item.getID(): max((way[2] for way in item.getConnections()), default=-1)
+        for item in net.getTrafficLights()
+    }
+    logics = guard.programs.used(letters, str(path))
+    signals = {logic.id for logic in logics}
     return NetFile(
         path=str(path),
         edges=_edges(net),
         position_m=_positions(net, str(path)),
-        connections=_connections(net, guard.lanes_into, str(path)),
-        logics=tuple(_logic(item, str(path)) for item in net.getTrafficLights()),
+        connections=_connections(net, guard.lanes_into, signals, str(path)),
+        logics=logics,
         foes=guard.foes,
         response=guard.response,
+        foreign={
+            name: guard.junction_type.get(name, "") for name in letters if name not in signals
+        },
+        added_programs_xml=guard.programs.added_xml,
     )
 
 
@@ -62,9 +83,12 @@ class _Guard:
 
     path: str
     reader: Any
+    programs: SignalPrograms
     walk: XmlWalk | None = None
     junction: str = ""
     lanes_into: dict[str, list[str]] = field(default_factory=dict)
+    junction_type: dict[str, str] = field(default_factory=dict)
+    logic: Element | None = None
     foes: dict[tuple[str, int], frozenset[int]] = field(default_factory=dict)
     response: dict[tuple[str, int], frozenset[int]] = field(default_factory=dict)
 
@@ -73,6 +97,10 @@ class _Guard:
         try:
             if name == "request":
                 self._request(attributes)
+            elif name == "tlLogic":
+                self.logic = Element(name, attributes)
+            elif name == "phase" and self.logic is not None:
+                SubElement(self.logic, name, attributes)
             elif name != "param":
                 self._prepare(name, attributes)
                 self.reader.startElement(name, attributes)
@@ -88,6 +116,9 @@ class _Guard:
             raise self._error(name, given, f"it cannot be understood ({cause})") from None
 
     def end(self, name: str) -> None:
+        if name == "tlLogic" and self.logic is not None:
+            self.programs.define(self.logic, self.walk.place if self.walk else self.path)
+            self.logic = None
         self.reader.endElement(name)
 
     def _prepare(self, name: str, attributes: dict[str, str]) -> None:
@@ -96,13 +127,7 @@ class _Guard:
         if name == "junction" and attributes.get("type") != "internal":
             self.junction = attributes["id"]
             self.lanes_into[self.junction] = attributes["incLanes"].split()
-        elif name == "tlLogic":
-            if attributes.get("offset", "begin") == "begin":
-                attributes["offset"] = "0"
-            attributes.setdefault("type", "static")
-        elif name == "phase" and "duration" not in attributes and "minDur" in attributes:
-            middle = (float(attributes["minDur"]) + float(attributes["maxDur"])) / 2
-            attributes["duration"] = str(middle)
+            self.junction_type[self.junction] = attributes.get("type", "")
 
     def _request(self, attributes: dict[str, str]) -> None:
         row = self.junction, int(attributes["index"])
@@ -170,7 +195,9 @@ def _lane(net: Any, lane: str, junction: str, path: str) -> Any:
         ) from None
 
 
-def _connections(net: Any, lanes_into: dict[str, list[str]], path: str) -> tuple[Connection, ...]:
+def _connections(
+    net: Any, lanes_into: dict[str, list[str]], signals: set[str], path: str
+) -> tuple[Connection, ...]:
     """Return the ways of vehicles; the rows of a junction count all ways, those of others too."""
     found = []
     for junction, lanes in lanes_into.items():
@@ -187,48 +214,10 @@ def _connections(net: Any, lanes_into: dict[str, list[str]], path: str) -> tuple
                         way.getTo().getID(),
                         way.getFromLane().getIndex(),
                         way.getDirection(),
-                        way.getTLSID(),
+                        way.getTLSID() if way.getTLSID() in signals else "",
                         way.getTLLinkIndex(),
                         junction,
                         row,
                     )
                 )
     return tuple(found)
-
-
-def _logic(item: Any, path: str) -> Logic:
-    place = f"{path}: tlLogic {item.getID()}"
-    programs = list(item.getPrograms().values())
-    if not programs:
-        raise NetworkError(
-            "connections name it, but it is not in the file",
-            where=place,
-            mend="write the network and its signal programs into one file with netconvert",
-        )
-    program = programs[-1]  # SUMO uses the last one
-    stages = tuple(
-        Stage(float(phase.duration), phase.state, tuple(phase.next))
-        for phase in program.getPhases()
-    )
-    numbers = [float(program.getOffset()), *(stage.duration_s for stage in stages)]
-    if not all(map(math.isfinite, numbers)) or any(stage.duration_s < 0 for stage in stages):
-        raise NetworkError(
-            "an offset or a duration is no time",
-            where=place,
-            expected="seconds, durations 0 or more",
-        )
-    if not stages:
-        raise NetworkError(
-            "its program has no stages", where=place, mend="give it <phase> elements"
-        )
-    longest = max((way[2] for way in item.getConnections()), default=-1)
-    for index, stage in enumerate(stages):
-        if len(stage.state) <= longest:
-            raise NetworkError(
-                f"stage {index} has {len(stage.state)} letters ({stage.state}), but its "
-                f"connections name letter {longest}",
-                where=place,
-                expected=f"at least {longest + 1} letters, one per connection",
-                mend="complete the state, or write the network anew with netconvert",
-            )
-    return Logic(item.getID(), program.getType(), numbers[0], stages, tuple(item.getPrograms()))

@@ -72,7 +72,9 @@ class Logic:
     stages
         In the file's order.
     programs
-        Ids of all programs that the file has for it.
+        Ids of all programs that there are for it, the one in charge last.
+    switches
+        Later times at which a timetable (WAUT) switches to another program, and to which.
     """
 
     id: str
@@ -80,6 +82,7 @@ class Logic:
     offset_s: float
     stages: tuple[Stage, ...]
     programs: tuple[str, ...]
+    switches: tuple[tuple[float, str], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +103,11 @@ class NetFile:
         The used program of every controller, in the file's order.
     foes, response
         (junction, row) to the rows that cross it, and to those that it gives way to.
+    foreign
+        Signals that connections name and that have no program, to the type of the junction of that
+        name: SUMO works out what they show, as at a rail crossing.
+    added_programs_xml
+        Programs and timetables of additional files, as XML elements without a root element.
     """
 
     path: str
@@ -109,3 +117,5 @@ class NetFile:
     logics: tuple[Logic, ...]
     foes: dict[tuple[str, int], frozenset[int]]
     response: dict[tuple[str, int], frozenset[int]]
+    foreign: dict[str, str]
+    added_programs_xml: str

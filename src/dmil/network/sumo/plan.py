@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from dmil.network.model import Program, Stage
 from dmil.network.sumo.cliques import conflict_free_phases
 from dmil.network.sumo.net_records import Logic
+from dmil.network.sumo.signal_programs import OFF
 from dmil.network.sumo.ways import Pairs, Ways
 
 NEMA, STATIC = "NEMA", "static"
-"""Type of programs whose stages run in parallel rings: no plan of one stage after the other."""
+NO_SEQUENCE = (NEMA, OFF)
+"""Types of programs that are no plan of one stage after the other: parallel rings, all off."""
 
 Links = tuple[tuple[int, ...], ...]
 
@@ -28,6 +30,8 @@ class Plan:
         Movements that may always go.
     program
         The file's program, None where it is no sequence of stages or has no green.
+    own_control
+        SUMO's type of a control that is no sequence of stages, else empty.
     clearance_s
         Longest run of stages between two actions.
     added
@@ -41,6 +45,7 @@ class Plan:
     unsignalled: frozenset[int]
     program: Program | None
     clearance_s: float
+    own_control: str = ""
     added: frozenset[int] = frozenset()
     derived: bool = False
 
@@ -130,13 +135,14 @@ def plan_of(logic: Logic, ways: Ways, links: Links, conflicts: Pairs, *, derive:
         for stage in logic.stages
         if stage.duration_s > 0
     )
-    usable = logic.kind != NEMA and any(stage.green for stage in stages)
+    usable = logic.kind not in NO_SEQUENCE and any(stage.green for stage in stages)
     return Plan(
         phases,
         strings,
         unsignalled,
         Program(stages, logic.offset_s, logic.kind != STATIC) if usable else None,
         _clearance_s(logic, links) if len(phases) > 1 else 0.0,
+        logic.kind if logic.kind in NO_SEQUENCE else "",
         added,
         derived,
     )

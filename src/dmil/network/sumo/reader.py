@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
@@ -23,7 +23,13 @@ from dmil.network.sumo.ways import crossing, gives_way, ways_at
 Phases = Literal["program", "derived"]
 
 
-def read_sumo_network(path: str | Path, *, phases: Phases = "program") -> SumoNetwork:
+def read_sumo_network(
+    path: str | Path,
+    *,
+    phases: Phases = "program",
+    additional: Sequence[str | Path] = (),
+    begin_s: float = 0.0,
+) -> SumoNetwork:
     """Read a SUMO network (ours).
 
     Edges that no motor vehicle may use are left out. All junctions under one controller are one
@@ -38,6 +44,11 @@ def read_sumo_network(path: str | Path, *, phases: Phases = "program") -> SumoNe
         ``"program"``: an intersection's phases are the stages of its own program in which vehicles
         have green and none has yellow. ``"derived"``: they are chosen from the sets of movements
         that do not cross, at most 16.
+    additional
+        Files with further signal programs: as in SUMO the one that is loaded last is the
+        intersection's own, or the one that a timetable (WAUT) names for the beginning.
+    begin_s
+        SUMO's time at which a run begins.
 
     Raises
     ------
@@ -48,6 +59,7 @@ def read_sumo_network(path: str | Path, *, phases: Phases = "program") -> SumoNe
 
     Notes
     -----
+    A signal without a program is SUMO's, such as a rail crossing: its nodes become junctions.
     A link has SUMO's number of lanes and their indices, those for pedestrians and bicycles too;
     only movements tell which ones vehicles use. Where a program leaves a movement without green,
     phases are added for it, so that a controller can serve it. What is suspicious is in
@@ -57,7 +69,7 @@ def read_sumo_network(path: str | Path, *, phases: Phases = "program") -> SumoNe
         raise InputError(
             f"phases is {phases!r}", expected='"program" or "derived"', where=str(path)
         )
-    file = read_net_file(path)
+    file = read_net_file(path, additional=additional, begin_s=begin_s)
     nodes = _Nodes(file)
     remarks = list(nodes.remarks)
     intersections: list[Intersection] = []
@@ -101,7 +113,7 @@ def read_sumo_network(path: str | Path, *, phases: Phases = "program") -> SumoNe
         ),
     )
     check_network(network, where=str(path))
-    return SumoNetwork(Path(path), network, tuple(signals), tuple(remarks))
+    return SumoNetwork(Path(path), network, tuple(signals), tuple(remarks), file.added_programs_xml)
 
 
 def _intersection(
@@ -131,6 +143,7 @@ def _intersection(
         phases=plan.phases,
         unsignalled=plan.unsignalled,
         program=plan.program,
+        own_control=plan.own_control,
         phase_names=tuple(phase_name(phase, ways.movements, ways.sides) for phase in plan.phases),
         clearance_s=plan.clearance_s,
         gives_way=gives_way(
@@ -166,7 +179,16 @@ class _Nodes:
     remarks: list[Remark]
 
     def __init__(self, file: NetFile) -> None:
-        self.remarks = []
+        self.remarks = [
+            Remark(
+                "signal-of-sumo",
+                f"{file.path}: tlLogic {name}",
+                f"it has no program ({kind or 'no junction of its name'}); SUMO works out what it "
+                "shows, and here its nodes are junctions without signals",
+                "nothing, if it is for trains; otherwise give it a program with netconvert",
+            )
+            for name, kind in file.foreign.items()
+        ]
         owner = self._owners(file)
         self.logics = tuple(logic for logic in file.logics if logic.id in owner.values())
         names = {logic.id for logic in self.logics}

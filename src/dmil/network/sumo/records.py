@@ -21,6 +21,9 @@ RemarkKind = Literal[
     "conflicting-greens",
     "stage-order",
     "no-right-of-way",
+    "own-control",
+    "signal-of-sumo",
+    "program-switches",
 ]
 
 
@@ -46,6 +49,9 @@ class Remark:
         - ``missing-yellow``: a green turns red at once.
         - ``conflicting-greens``: two lanes that cross or merge have the right of way at once.
         - ``stage-order``: stages that do not follow each other in the file's order.
+        - ``own-control``: a control that only SUMO can run, such as NEMA rings.
+        - ``signal-of-sumo``: a signal without a program, such as a rail crossing; SUMO runs it.
+        - ``program-switches``: a timetable switches between programs during the day.
         - ``no-right-of-way``: the junction's matrix of right of way is missing; roads are taken to
           conflict with each other.
     where
@@ -95,9 +101,12 @@ class SumoNetwork:
         One per intersection, in their order.
     remarks
         What is suspicious about the file, in the order of its signals.
+    added_programs_xml
+        Signal programs and timetables of additional files, as XML elements without a root element.
     """
 
     path: Path
     network: RoadNetwork
     signals: tuple[SumoSignals, ...]
     remarks: tuple[Remark, ...] = ()
+    added_programs_xml: str = ""

@@ -77,7 +77,9 @@ class SumoSimulator:
         self._scenario, self._model = scenario, model
         self._emissions, self._detection_m = emissions, detection_m
         self._signals = signals_of(scenario.network)
-        programs = np.array([item.program is not None for item in scenario.network.intersections])
+        programs = np.array(
+            [bool(item.program or item.own_control) for item in scenario.network.intersections]
+        )
         self._lowest = np.where(programs, ACTUATED, 0).astype(np.int32)
         self._process: SumoProcess | None = None
         self._files: RunFiles
