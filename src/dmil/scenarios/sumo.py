@@ -13,7 +13,7 @@ from dmil.demand.sumo.entry import seconds_of
 from dmil.demand.sumo.routing import routed_by_sumo, sumo_is_installed, with_remark
 from dmil.errors import InputError
 from dmil.network.sumo import read_sumo_network
-from dmil.network.sumo.reader import Phases
+from dmil.network.sumo.reader import Phases, driven_by
 from dmil.network.xml_file import XmlPlace, XmlWalk
 from dmil.scenarios.model import QueueDynamics, Scenario, SignalTiming
 from dmil.scenarios.sumo_files import Routing, SumoFiles
@@ -246,6 +246,8 @@ def sumo_scenario(
             demand = routed_by_sumo(demand, roads.network, given.net_file, horizon_s)
         else:
             demand = with_remark(demand, len(demand.trips))
+    roads = driven_by(roads, demand.class_counts)
+    demand = demand.on_network(roads.network)
     return Scenario(
         name=name or f"sumo:{roads.network.name}",
         network=roads.network,
@@ -263,6 +265,7 @@ def sumo_scenario(
             net_file=roads.path,
             signals=roads.signals,
             kinds=demand.kinds,
+            classes=demand.classes,
             vehicle_types_xml=demand.vehicle_types_xml,
             begin_s=begin_s,
             routing=chosen,

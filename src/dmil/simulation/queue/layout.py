@@ -137,7 +137,7 @@ def _slots_of_pairs(
 def _capacity(scenario: Scenario) -> IntArray:
     """Return how many vehicles have room on every link that ends at signals (specification, §2).
 
-    With storage a link holds as many vehicles as have room on its lanes, and on those of links that
+    With storage a link holds as many vehicles as have room on its open lanes, and on those of links that
     lead to it over junctions without signals; where these lead to several such links, each gets an
     equal part. It holds at least one; without length, or out of the network, any number.
     """
@@ -160,7 +160,7 @@ def _capacity(scenario: Scenario) -> IntArray:
                 open_links += new
             fed[k] = found
     sharing = Counter(link for links in fed.values() for link in links)
-    lane_m = [link.length_m * link.lanes for link in network.links]
+    lane_m = [link.length_m * link.open_lanes for link in network.links]
     for k, links in fed.items():
         room_m = sum(lane_m[link] / sharing[link] for link in links)
         if room_m > 0:
