@@ -96,9 +96,7 @@ def plan_of(logic: Logic, ways: Ways, links: Links, conflicts: Pairs, *, derive:
     """
     every = letters_of(ways.connections, logic.id)
     open_ = frozenset(
-        j
-        for j, group in enumerate(ways.driven)
-        if any(way.signal != logic.id for way in group)
+        j for j, group in enumerate(ways.driven) if any(way.signal != logic.id for way in group)
     )
     states = [stage.state for stage in logic.stages]
     actions = [s for s in states if is_action(s, links) and going(s, links, "Gg") - open_]

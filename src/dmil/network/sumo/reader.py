@@ -55,11 +55,11 @@ def read_sumo_network(path: str | Path, *, phases: Phases = "program") -> SumoNe
 
     Notes
     -----
-    A link has SUMO's number of lanes and their indices; those that no motor vehicle may use, such as
-    footways and cycle lanes, are closed. Who may use the others is in the network's
-    ``permissions``; once it is known who drives, `driven_by` closes more. Where a program leaves a movement without green,
-    phases are added for it, so that a controller can serve it. What is suspicious is in
-    ``remarks``.
+    A link has SUMO's number of lanes and their indices; those that no motor vehicle may use, such
+    as footways and cycle lanes, are closed. Who may use the others is in the network's
+    ``permissions``; once it is known who drives, `driven_by` closes more. Where a program leaves a
+    movement without green, phases are added for it, so that a controller can serve it. What is
+    suspicious is in ``remarks``.
     """
     if phases not in ("program", "derived"):
         raise InputError(

@@ -198,13 +198,9 @@ def _reached(start: int, yields: list[set[int]]) -> set[int]:
     return found
 
 
-def _related(
-    groups: Groups, matrix: dict[tuple[str, int], frozenset[int]]
-) -> set[tuple[int, int]]:
+def _related(groups: Groups, matrix: dict[tuple[str, int], frozenset[int]]) -> set[tuple[int, int]]:
     movement_of = {
-        (way.junction, way.row): index
-        for index, group in enumerate(groups)
-        for way in group
+        (way.junction, way.row): index for index, group in enumerate(groups) for way in group
     }
     found = {
         (index, movement_of.get((junction, other), index))
