@@ -12,6 +12,7 @@ import numpy as np
 from dmil.demand.vehicles import FloatArray, Vehicles, check_horizon, check_load
 from dmil.errors import DemandError
 from dmil.network import RoadNetwork
+from dmil.network.permissions import Classes
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,8 +160,12 @@ def link_indices(network: RoadNetwork, route: Sequence[str], *, where: str) -> l
     return indices
 
 
-def first_gap(network: RoadNetwork, route: Sequence[int]) -> int | None:
-    """Return after which link of a route no movement leads to the next, None if all do.
+def first_gap(
+    network: RoadNetwork, route: Sequence[int], classes: Classes = frozenset()
+) -> int | None:
+    """Return after which link of a route vehicles may not go to the next, None if they may.
+
+    A link at which they may not begin counts as well.
 
     Parameters
     ----------
@@ -168,9 +173,15 @@ def first_gap(network: RoadNetwork, route: Sequence[int]) -> int | None:
         The roads.
     route
         Link indices in order.
+    classes
+        What the vehicles are; without any, movements alone decide.
     """
+    allowed = network.permissions
+    if allowed and route and not allowed.open_to(network.links[route[0]].id, classes):
+        return 0
+    successors = network.successors_for(classes)
     for place, (here, there) in enumerate(pairwise(route)):
-        if all(there != link for link, _ in network.successors[here]):
+        if all(there != link for link, _ in successors[here]):
             return place
     return None
 

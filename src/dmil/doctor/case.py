@@ -235,11 +235,13 @@ def _sumo_case(
     made, found = _with_vehicles(configuration, window, phases, routing)
     return replace(
         case,
+        network=made.network,
         demand=made.demand,
         timing=made.timing,
         dynamics=made.dynamics,
         begin_s=made.sumo.begin_s if made.sumo else 0,
         horizon_s=made.horizon_s,
+        sumo=replace(case.sumo, signals=made.sumo.signals) if case.sumo and made.sumo else None,
         found=(*case.found, *found),
     )
 

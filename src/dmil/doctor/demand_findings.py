@@ -47,13 +47,14 @@ def on_demand(
         )
     lane_veh_per_s = case.dynamics.saturation_flow_veh_per_s
     for link, entries_veh_per_s in zip(case.network.links, traffic.entries_veh_per_s, strict=True):
-        if entries_veh_per_s > link.lanes * lane_veh_per_s:
+        lanes = link.open_lanes
+        if entries_veh_per_s > lanes * lane_veh_per_s:
             yield finding(
                 "entry-beyond-capacity",
                 f"link {link.id}",
                 f"{3600 * entries_veh_per_s:.0f} vehicles per hour begin there, "
-                f"{link.lanes} lane{'s' if link.lanes > 1 else ''} take "
-                f"{3600 * link.lanes * lane_veh_per_s:.0f}",
+                f"{lanes} lane{'s' if lanes > 1 else ''} take "
+                f"{3600 * lanes * lane_veh_per_s:.0f}",
             )
     for item in intersections:
         yield from _on_load(item)

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dmil.demand import Demand, Vehicles
+from dmil.demand import Demand, SumoDemand, Vehicles
 from dmil.doctor.case import Case
-from dmil.doctor.load import Load, load_of
-from dmil.seeding import stream
+from dmil.doctor.load import Load, Stream, load_of
+from dmil.network.permissions import Classes
+from dmil.seeding import stream as random_stream
 
 IntArray = npt.NDArray[np.integer]
 FloatArray = npt.NDArray[np.float64]
@@ -109,13 +110,19 @@ def traffic_of(case: Case) -> Traffic | None:
         links=len(route) / count,
         free_flow_s=float(ride_s.sum() / count),
         crossing=_counts(case, intersection[crossed], movement[crossed]),
-        load=_loads(case, end_s[crossed], intersection[crossed], movement[crossed]),
+        load=_loads(
+            case,
+            end_s[crossed],
+            intersection[crossed],
+            movement[crossed],
+            _class_of(case, vehicles)[owner[crossed]],
+        ),
         entries_veh_per_s=_entries(case, vehicles),
     )
 
 
 def _vehicles(case: Case, demand: Demand, seed: int) -> Vehicles:
-    return demand.vehicles(case.network, case.horizon_s, stream(seed, "demand"))
+    return demand.vehicles(case.network, case.horizon_s, random_stream(seed, "demand"))
 
 
 def _bar_s(horizon_s: int) -> int:
@@ -142,21 +149,44 @@ def _counts(case: Case, intersection: IntArray, movement: IntArray) -> tuple[tup
     )
 
 
+def _classes(case: Case) -> list[Classes]:
+    """Return what vehicles are of, as far as that is known."""
+    return list(dict.fromkeys(case.demand.classes if isinstance(case.demand, SumoDemand) else ()))
+
+
+def _class_of(case: Case, vehicles: Vehicles) -> IntArray:
+    """Return every vehicle's place in the list of classes: (vehicles,)."""
+    if vehicles.kind is None or not isinstance(case.demand, SumoDemand):
+        return np.zeros(len(vehicles), np.int64)
+    known = _classes(case)
+    return np.array([known.index(each) for each in case.demand.classes])[vehicles.kind]
+
+
 def _loads(
-    case: Case, time_s: FloatArray, intersection: IntArray, movement: IntArray
+    case: Case,
+    time_s: FloatArray,
+    intersection: IntArray,
+    movement: IntArray,
+    class_of: IntArray,
 ) -> tuple[Load, ...]:
     windows, lasting_s = _windows(case.horizon_s)
+    classes = _classes(case) or [Classes()]
     window = (time_s // PEAK_S).astype(np.int64)
     loads = []
     for i, item in enumerate(case.network.intersections):
         mine = (intersection == i) & (window < windows)
-        flow = np.zeros((windows, len(item.movements)))
-        np.add.at(flow, (window[mine], movement[mine]), 1.0)
+        streams = [
+            Stream(j, case.network.lanes_to(each, kind))
+            for kind in classes
+            for j, each in enumerate(item.movements)
+        ]
+        flow = np.zeros((windows, len(streams)))
+        stream = class_of[mine] * len(item.movements) + movement[mine]
+        np.add.at(flow, (window[mine], stream), 1.0)
         flow /= lasting_s[:, None]
         busiest = flow[int(flow.sum(axis=1).argmax())]
-        loads.append(
-            load_of(item, busiest, case.dynamics.saturation_flow_veh_per_s, case.timing.clearance_s)
-        )
+        saturation_veh_per_s = case.dynamics.saturation_flow_veh_per_s
+        loads.append(load_of(item, busiest, saturation_veh_per_s, case.timing.clearance_s, streams))
     return tuple(loads)
 
 

@@ -15,6 +15,8 @@ from typing import Literal, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from dmil.network.permissions import Classes, Permissions
+
 Scalar = TypeVar("Scalar", bound=np.generic)
 Turn = Literal["right", "straight", "left", "uturn"]
 TURNS: tuple[Turn, ...] = ("right", "straight", "left", "uturn")
@@ -36,6 +38,9 @@ class Link:
         Free-flow speed.
     lanes
         Number of lanes.
+    closed
+        Lanes among them in which the vehicles do not drive, numbered as in the file: for
+        pedestrians, bicycles, or classes of which there is hardly anybody.
     """
 
     id: str
@@ -44,6 +49,12 @@ class Link:
     length_m: float
     speed_m_per_s: float
     lanes: int
+    closed: frozenset[int] = frozenset()
+
+    @property
+    def open_lanes(self) -> int:
+        """Number of lanes in which the vehicles drive."""
+        return self.lanes - len(self.closed)
 
     @property
     def free_flow_time_s(self) -> float:
@@ -208,6 +219,8 @@ class RoadNetwork:
         Node id to (x, y) in metres, x to the East and y to the North; for drawings only.
     junctions
         Nodes without signals.
+    permissions
+        Which vehicle classes may use which lanes; None where all may use all.
     """
 
     name: str
@@ -216,6 +229,7 @@ class RoadNetwork:
     fringe: tuple[str, ...]
     position_m: Mapping[str, tuple[float, float]] = field(repr=False)
     junctions: tuple[Junction, ...] = ()
+    permissions: Permissions | None = field(default=None, repr=False)
 
     def __hash__(self) -> int:
         # The dataclass's own hash would walk all links at every look-up of a cache.
@@ -269,6 +283,44 @@ class RoadNetwork:
             for movement in node.movements:
                 found[link[movement.from_link]].append((link[movement.to_link], movement.turn))
         return tuple(tuple(pairs) for pairs in found)
+
+    def successors_for(self, classes: Classes) -> tuple[tuple[tuple[int, Turn], ...], ...]:
+        """Return `successors` as far as vehicles of some classes may go that way.
+
+        Parameters
+        ----------
+        classes
+            What the vehicles are.
+        """
+        allowed = self.permissions
+        if allowed is None or not classes:
+            return self.successors
+        if classes not in self._successors:
+            names = [link.id for link in self.links]
+            self._successors[classes] = tuple(
+                tuple(p for p in pairs if allowed.lanes_to(names[here], names[p[0]], classes))
+                for here, pairs in enumerate(self.successors)
+            )
+        return self._successors[classes]
+
+    @cached_property
+    def _successors(self) -> dict[Classes, tuple[tuple[tuple[int, Turn], ...], ...]]:
+        return {}
+
+    def lanes_to(self, movement: Movement, classes: Classes | None = None) -> tuple[int, ...]:
+        """Return the lanes in which vehicles queue for a movement.
+
+        Parameters
+        ----------
+        movement
+            One of the network's.
+        classes
+            What the vehicles are; None: the lanes of anybody.
+        """
+        if self.permissions is None:
+            return movement.lanes
+        pair = movement.from_link, movement.to_link
+        return self.permissions.lanes_to(*pair, classes or Classes()) or movement.lanes
 
     @cached_property
     def free_flow_time_s(self) -> npt.NDArray[np.float64]:

@@ -9,7 +9,7 @@ from dmil.demand.sumo import read_sumo_routes
 from dmil.demand.sumo.routing import routed_by_sumo, sumo_is_installed, with_remark
 from dmil.errors import InputError
 from dmil.network.sumo import read_sumo_network
-from dmil.network.sumo.reader import Phases
+from dmil.network.sumo.reader import Phases, driven_by
 from dmil.scenarios.model import QueueDynamics, Scenario, SignalTiming
 from dmil.scenarios.sumo_configuration import SumoConfiguration, read_sumo_configuration
 from dmil.scenarios.sumo_files import Routing, SumoFiles
@@ -104,6 +104,8 @@ def sumo_scenario(
             )
         else:
             demand = with_remark(demand, len(demand.trips))
+    roads = driven_by(roads, demand.class_counts)
+    demand = demand.on_network(roads.network)
     return Scenario(
         name=name or f"sumo:{roads.network.name}",
         network=roads.network,
@@ -121,6 +123,7 @@ def sumo_scenario(
             net_file=roads.path,
             signals=roads.signals,
             kinds=demand.kinds,
+            classes=demand.classes,
             vehicle_types_xml=demand.vehicle_types_xml,
             begin_s=begin_s,
             routing=chosen,

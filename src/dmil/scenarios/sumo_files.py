@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from dmil.network.permissions import Classes
 from dmil.network.sumo import SumoSignals
 
 Routing = Literal["sumo", "free-flow"]
@@ -24,6 +25,8 @@ class SumoFiles:
         How SUMO shows the phases, one per intersection.
     kinds
         Attributes of SUMO's vehicles; ``Vehicles.kind`` are indices into it.
+    classes
+        The vehicle classes of every such kind, which decide where vehicles may drive.
     vehicle_types_xml
         The vehicle types as XML elements, without a root element.
     begin_s
@@ -39,6 +42,7 @@ class SumoFiles:
     net_file: Path
     signals: tuple[SumoSignals, ...]
     kinds: tuple[dict[str, str], ...] = ({},)
+    classes: tuple[Classes, ...] = (Classes(),)
     vehicle_types_xml: str = ""
     begin_s: int = 0
     routing: Routing | None = None

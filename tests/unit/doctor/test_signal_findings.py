@@ -20,7 +20,6 @@ from tests.unit.doctor.conftest import (
     of_kind,
 )
 
-
 CASES = Path(__file__).parents[2] / "cases"
 
 

@@ -23,7 +23,8 @@ ASK = """
 import json, libsumo, sys
 libsumo.start(["sumo", *sys.argv[1:], "--no-warnings"])
 light = libsumo.trafficlight
-print("RESULT", json.dumps([light.getProgram("A0"), light.getPhase("A0"), light.getNextSwitch("A0")]))
+shown = light.getProgram("A0"), light.getPhase("A0"), light.getNextSwitch("A0")
+print("RESULT", json.dumps(shown))
 """
 
 

@@ -25,6 +25,7 @@ from dmil.demand.sumo.types import VehicleTypes
 from dmil.demand.sumo.ways import Ends, Unusable, Ways, ends_of
 from dmil.errors import DemandError
 from dmil.network import RoadNetwork
+from dmil.network.permissions import Classes
 from dmil.network.xml_file import iter_elements
 
 VEHICLES = ("vehicle", "trip", "flow")
@@ -136,6 +137,7 @@ class _Reading:
         self._remarks = Remarks()
         self._ids: set[str] = set()
         self._kinds: dict[tuple[tuple[str, str], ...], int] = {}
+        self._classes: list[Classes] = []
         self._depart_s: list[float] = []
         self._routes: list[tuple[int, ...]] = []
         self._kind: list[int] = []
@@ -186,7 +188,7 @@ class _Reading:
         if not vehicle_type.road:
             self._leave_out(entry, "no-road-vehicle", departures)
             return
-        choice = self._ways.of(entry)
+        choice = self._ways.of(entry, vehicle_type.classes)
         self._total_veh += _count(departures)
         if isinstance(choice, Unusable):
             if choice.kind == "unknown-road":
@@ -200,7 +202,7 @@ class _Reading:
         if not inside.mean_veh:
             return
         self._note_children(entry)
-        kind = self._kind_of(entry)
+        kind = self._kind_of(entry, vehicle_type.classes)
         self._veh_of_space_m[vehicle_type.space_m] += inside.mean_veh
         if isinstance(inside, Drawn) or len(choice) > 1:
             self._streams.append(Stream(inside, choice, kind))
@@ -244,9 +246,12 @@ class _Reading:
         if entry.get("departEdge") or entry.get("arrivalEdge"):
             self._remarks.add("route-part", entry.id)
 
-    def _kind_of(self, entry: Entry) -> int:
+    def _kind_of(self, entry: Entry, classes: Classes) -> int:
         given = tuple((name, entry.element.attrib[name]) for name in _KEPT if entry.get(name))
-        return self._kinds.setdefault(given, len(self._kinds))
+        if given not in self._kinds:
+            self._kinds[given] = len(self._kinds)
+            self._classes.append(classes)
+        return self._kinds[given]
 
     def _leave_out(
         self, entry: Entry, kind: str, departures: Listed | Drawn | None, road: str = ""
@@ -281,6 +286,7 @@ class _Reading:
             streams=tuple(self._streams),
             begin_s=self._window.begin_s,
             kinds=tuple(dict(given) for given in self._kinds),
+            classes=tuple(self._classes),
             vehicle_types_xml=self._types.xml,
             vehicle_space_m=_mean(self._veh_of_space_m),
             remarks=self._remarks.all(),

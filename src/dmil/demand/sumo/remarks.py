@@ -12,8 +12,8 @@ TEXTS = {
     "file by departure",
     "unknown-road": "go over an edge or a junction that the network does not have for vehicles and "
     "are left out; check that network and routes belong together",
-    "no-way": "cannot be driven, since no way of the network leads on, and are left out; correct "
-    "the trips, or the network's connections",
+    "no-way": "cannot be driven, since no way of the network leads on for their vehicle class, and "
+    "are left out; correct the trips, or the network's connections and permissions",
     "no-fixed-departure": "have no departure in seconds and are left out; give one, since nothing "
     "here triggers a departure",
     "no-road-vehicle": "are bicycles, trains, pedestrians and the like and are left out; only road "

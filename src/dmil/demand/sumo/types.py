@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from xml.etree.ElementTree import Element, tostring
 
 from dmil.demand.sumo.entry import Entry
+from dmil.network.permissions import OLD_NAMES, Classes
 
 DEFAULT_TYPE = "DEFAULT_VEHTYPE"
 GAP_M = 2.5
@@ -45,15 +46,18 @@ class VehicleType:
         Whether its vehicles are road vehicles with a motor.
     space_m
         Length and least gap of a vehicle; of a distribution the mean.
+    classes
+        Those whose permissions it has; of a distribution all, and none for ``ignoring``.
     """
 
     road: bool
     space_m: float
+    classes: Classes = frozenset()
 
 
 _BUILT_IN = {
-    DEFAULT_TYPE: VehicleType(True, CLASS_LENGTH_M["passenger"] + GAP_M),
-    "DEFAULT_TAXITYPE": VehicleType(True, CLASS_LENGTH_M["taxi"] + GAP_M),
+    DEFAULT_TYPE: VehicleType(True, CLASS_LENGTH_M["passenger"] + GAP_M, Classes({"passenger"})),
+    "DEFAULT_TAXITYPE": VehicleType(True, CLASS_LENGTH_M["taxi"] + GAP_M, Classes({"taxi"})),
     "DEFAULT_BIKETYPE": VehicleType(False, 0.0),
     "DEFAULT_PEDTYPE": VehicleType(False, 0.0),
     "DEFAULT_RAILTYPE": VehicleType(False, 0.0),
@@ -133,6 +137,7 @@ class VehicleTypes:
         return VehicleType(
             any(member.road for member in members),
             sum(w * member.space_m for w, member in zip(weights, members, strict=True)) / total,
+            Classes().union(*(member.classes for member in members)),
         )
 
 
@@ -160,11 +165,14 @@ def probabilities(entry: Entry, count: int) -> Sequence[float]:
 
 def _type(entry: Entry) -> VehicleType:
     kind = entry.get("vClass") or "passenger"
+    kind = OLD_NAMES.get(kind, kind)
     length_m = CLASS_LENGTH_M.get(kind, CLASS_LENGTH_M["passenger"])
     if entry.get("length") is not None:
         length_m = entry.number("length", least=0.1)
     gap_m = entry.number("minGap") if entry.get("minGap") is not None else GAP_M
-    return VehicleType(kind in CLASS_LENGTH_M, length_m + gap_m)
+    road = kind in CLASS_LENGTH_M
+    named = road and kind != "ignoring"
+    return VehicleType(road, length_m + gap_m, Classes({kind} if named else ()))
 
 
 def _text(element: Element) -> str:

@@ -9,18 +9,10 @@ from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 from dmil.errors import MissingExtraError, NetworkError
+from dmil.network.permissions import ALL_CLASSES, MOTOR_CLASSES, Classes, permitted
 from dmil.network.sumo.net_records import Connection, Edge, NetFile, Point
 from dmil.network.sumo.signal_programs import SignalPrograms
 from dmil.network.xml_file import XmlWalk
-
-MOTOR_CLASSES = frozenset(
-    (
-        *("private", "emergency", "authority", "army", "vip", "passenger", "hov", "taxi", "bus"),
-        *("coach", "delivery", "truck", "trailer", "motorcycle", "moped", "evehicle"),
-        *("custom1", "custom2"),
-    )
-)
-"""SUMO's classes of road vehicles with a motor; an edge for none of them is no link."""
 
 
 def read_net_file(
@@ -64,9 +56,9 @@ def read_net_file(
     signals = {logic.id for logic in logics}
     return NetFile(
         path=str(path),
-        edges=_edges(net),
+        edges=_edges(net, guard.permitted),
         position_m=_positions(net, str(path)),
-        connections=_connections(net, guard.lanes_into, signals, str(path)),
+        connections=_connections(net, guard, signals, str(path)),
         logics=logics,
         foes=guard.foes,
         response=guard.response,
@@ -91,6 +83,8 @@ class _Guard:
     logic: Element | None = None
     foes: dict[tuple[str, int], frozenset[int]] = field(default_factory=dict)
     response: dict[tuple[str, int], frozenset[int]] = field(default_factory=dict)
+    permitted: dict[str, Classes] = field(default_factory=dict)
+    """By lane, and by connection, which is named like its two lanes."""
 
     def start(self, name: str, attributes: dict[str, str]) -> None:
         given = dict(attributes)
@@ -122,6 +116,12 @@ class _Guard:
         self.reader.endElement(name)
 
     def _prepare(self, name: str, attributes: dict[str, str]) -> None:
+        if name == "lane":
+            self.permitted[attributes["id"]] = _permitted(attributes)
+        elif name == "connection":
+            ends = (f"{attributes[end]}_{attributes[f'{end}Lane']}" for end in ("from", "to"))
+            through = self.permitted.get(attributes.get("via", ""), ALL_CLASSES)
+            self.permitted[" ".join(ends)] = through & _permitted(attributes)
         if name in ("edge", "junction"):
             attributes.pop("shape", None)  # outlines: not needed, and slow to convert
         if name == "junction" and attributes.get("type") != "internal":
@@ -149,11 +149,16 @@ class _Guard:
         )
 
 
-def _edges(net: Any) -> dict[str, Edge]:
+def _permitted(attributes: dict[str, str]) -> Classes:
+    return permitted(attributes.get("allow"), attributes.get("disallow"))
+
+
+def _edges(net: Any, permissions: dict[str, Classes]) -> dict[str, Edge]:
     edges = {}
     for edge in net.getEdges(withInternal=False):
         lanes = edge.getLanes()
-        used = [lane for lane in lanes if _motor(lane.getPermissions())]
+        allowed = tuple(permissions[lane.getID()] for lane in lanes)
+        used = [lane for lane, each in zip(lanes, allowed, strict=True) if each & MOTOR_CLASSES]
         if used:
             edges[edge.getID()] = Edge(
                 edge.getID(),
@@ -163,12 +168,9 @@ def _edges(net: Any) -> dict[str, Edge]:
                 max(lane.getSpeed() for lane in used),
                 len(lanes),
                 tuple(used[-1].getShape() or ()),
+                allowed,
             )
     return edges
-
-
-def _motor(permissions: set[str]) -> frozenset[str]:
-    return MOTOR_CLASSES if "all" in permissions else MOTOR_CLASSES & permissions
 
 
 def _positions(net: Any, path: str) -> dict[str, Point]:
@@ -195,19 +197,18 @@ def _lane(net: Any, lane: str, junction: str, path: str) -> Any:
         ) from None
 
 
-def _connections(
-    net: Any, lanes_into: dict[str, list[str]], signals: set[str], path: str
-) -> tuple[Connection, ...]:
+def _connections(net: Any, guard: _Guard, signals: set[str], path: str) -> tuple[Connection, ...]:
     """Return the ways of vehicles; the rows of a junction count all ways, those of others too."""
     found = []
-    for junction, lanes in lanes_into.items():
+    for junction, lanes in guard.lanes_into.items():
         # Lanes of walking areas come last, and their rows after those that are counted here.
         outer = [_lane(net, lane, junction, path) for lane in lanes if not lane.startswith(":")]
         ways = [way for lane in outer for way in lane.getOutgoing()]
         for row, way in enumerate(ways):
-            ends = _motor(way.getFromLane().getPermissions())
-            ends &= _motor(way.getToLane().getPermissions())
-            if any(way.allows(name) for name in (*ends, *(["all"] if ends else []))):
+            ends = way.getFromLane().getID(), way.getToLane().getID()
+            allowed = guard.permitted[ends[0]] & guard.permitted[ends[1]]
+            allowed &= guard.permitted[" ".join(ends)]
+            if allowed & MOTOR_CLASSES:
                 found.append(
                     Connection(
                         way.getFrom().getID(),
@@ -218,6 +219,7 @@ def _connections(
                         way.getTLLinkIndex(),
                         junction,
                         row,
+                        allowed,
                     )
                 )
     return tuple(found)

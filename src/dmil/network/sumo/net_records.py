@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from dmil.network.permissions import Classes
+
 Point = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """A road of the file that vehicles may use; lanes for others are counted too (ours)."""
+    """A road of the file that vehicles may use; lanes for others are counted too (ours).
+
+    ``permitted`` are the classes of every lane.
+    """
 
     id: str
     start: str
@@ -18,6 +23,7 @@ class Edge:
     speed_m_per_s: float
     lanes: int
     shape: tuple[Point, ...]
+    permitted: tuple[Classes, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +42,8 @@ class Connection:
         Index into the controller's state strings.
     junction, row
         Where it is, and its row in that junction's matrix of right of way.
+    permitted
+        Classes that may take it: those that may use the lanes on both sides, too.
     """
 
     from_edge: str
@@ -46,6 +54,7 @@ class Connection:
     letter: int
     junction: str
     row: int
+    permitted: Classes
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from dmil.network.model import Program, Stage
 from dmil.network.sumo.cliques import conflict_free_phases
 from dmil.network.sumo.net_records import Logic
 from dmil.network.sumo.signal_programs import OFF
-from dmil.network.sumo.ways import Pairs, Ways
+from dmil.network.sumo.ways import Pairs, Ways, letters_of
 
 NEMA, STATIC = "NEMA", "static"
 NO_SEQUENCE = (NEMA, OFF)
@@ -93,16 +93,15 @@ def plan_of(logic: Logic, ways: Ways, links: Links, conflicts: Pairs, *, derive:
     ways
         Its movements.
     links
-        For every movement its indices into the state strings.
+        For every movement its indices into the state strings, of the lanes that vehicles use.
     conflicts
         Pairs of movements that cross.
     derive
         Whether to leave the program's stages aside.
     """
+    every = letters_of(ways.connections, logic.id)
     open_ = frozenset(
-        j
-        for j, group in enumerate(ways.connections)
-        if any(way.signal != logic.id for way in group)
+        j for j, group in enumerate(ways.driven) if any(way.signal != logic.id for way in group)
     )
     states = [stage.state for stage in logic.stages]
     actions = [s for s in states if is_action(s, links) and going(s, links, "Gg") - open_]
@@ -113,7 +112,7 @@ def plan_of(logic: Logic, ways: Ways, links: Links, conflicts: Pairs, *, derive:
         return going(state, links, "Gg") | (going(state, links, "soO") - green)
 
     if derive or not actions or logic.kind == NEMA:
-        phases, strings, unsignalled = _derived(logic, ways, links, conflicts, open_)
+        phases, strings, unsignalled = _derived(logic, ways, every, conflicts, open_)
         added: frozenset[int] = frozenset()
         derived = True
     else:
@@ -128,7 +127,8 @@ def plan_of(logic: Logic, ways: Ways, links: Links, conflicts: Pairs, *, derive:
             first.setdefault(served(state) - unsignalled, state)
         added = frozenset(range(len(links))) - unsignalled - frozenset().union(*first)
         for phase in _without_conflict(ways, conflicts, unsignalled, need=added):
-            first[phase] = _state(phase, links, actions[0].replace("G", "g"), keep=unsignalled)
+            shown = actions[0].replace("G", "g")
+            first[phase] = _state(phase, every, shown, keep=unsignalled)
         phases, strings, derived = tuple(first), tuple(first.values()), False
     stages = tuple(
         Stage(stage.duration_s, served(stage.state) - unsignalled, stage.state not in actions)

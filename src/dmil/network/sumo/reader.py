@@ -13,12 +13,19 @@ from dmil.errors import InputError, NetworkError
 from dmil.network.checks import check_network
 from dmil.network.model import Intersection, Junction, Link, RoadNetwork
 from dmil.network.naming import phase_name
+from dmil.network.permissions import (
+    ClassCounts,
+    Classes,
+    Permissions,
+    driven,
+    makes_no_difference,
+)
 from dmil.network.sumo.net_file import read_net_file
 from dmil.network.sumo.net_records import Connection, Logic, NetFile, Point
 from dmil.network.sumo.plan import plan_of
 from dmil.network.sumo.records import Remark, SumoNetwork, SumoSignals
 from dmil.network.sumo.suspicions import remarks_on
-from dmil.network.sumo.ways import crossing, gives_way, ways_at
+from dmil.network.sumo.ways import crossing, gives_way, letters_of, ways_at
 
 Phases = Literal["program", "derived"]
 
@@ -60,23 +67,50 @@ def read_sumo_network(
     Notes
     -----
     A signal without a program is SUMO's, such as a rail crossing: its nodes become junctions.
-    A link has SUMO's number of lanes and their indices, those for pedestrians and bicycles too;
-    only movements tell which ones vehicles use. Where a program leaves a movement without green,
-    phases are added for it, so that a controller can serve it. What is suspicious is in
-    ``remarks``.
+    A link has SUMO's number of lanes and their indices; those that no motor vehicle may use, such
+    as footways and cycle lanes, are closed. Who may use the others is in the network's
+    ``permissions``; once it is known who drives, `driven_by` closes more. Where a program leaves a
+    movement without green, phases are added for it, so that a controller can serve it. What is
+    suspicious is in ``remarks``.
     """
     if phases not in ("program", "derived"):
         raise InputError(
             f"phases is {phases!r}", expected='"program" or "derived"', where=str(path)
         )
     file = read_net_file(path, additional=additional, begin_s=begin_s)
+    return _read(file, None, derive=phases == "derived")
+
+
+def driven_by(roads: SumoNetwork, vehicles: ClassCounts) -> SumoNetwork:
+    """Return a network with only those lanes open that its vehicles drive in (ours).
+
+    A lane counts where at least a third may use it of the vehicles that may go there at all, see
+    `dmil.network.permissions.driven`: so a bus lane is no second lane for cars, and green for its
+    own signal is no green for them. Links, movements and their order stay as they are.
+
+    Parameters
+    ----------
+    roads
+        From `read_sumo_network`.
+    vehicles
+        How many there are of which classes.
+    """
+    file = roads.file
+    lanes = (each for edge in file.edges.values() for each in edge.permitted)
+    if makes_no_difference((*lanes, *(way.permitted for way in file.connections)), vehicles):
+        return roads
+    return _read(file, vehicles, derive=roads.derived)
+
+
+def _read(file: NetFile, vehicles: ClassCounts | None, *, derive: bool) -> SumoNetwork:
+    path = file.path
     nodes = _Nodes(file)
     remarks = list(nodes.remarks)
     intersections: list[Intersection] = []
     signals: list[SumoSignals] = []
     for logic in nodes.logics:
         intersection, shown, found = _intersection(
-            logic, nodes.connections[logic.id], file, derive=phases == "derived"
+            logic, nodes.connections[logic.id], file, vehicles, derive=derive
         )
         intersections.append(intersection)
         signals.append(shown)
@@ -84,7 +118,7 @@ def read_sumo_network(
     if not intersections:
         raise NetworkError(
             "no traffic light controls vehicles",
-            where=str(path),
+            where=path,
             expected="at least one signal",
             mend="let SUMO guess them (netconvert -s FILE --tls.guess -o NEW_FILE), or name "
             "another file",
@@ -100,6 +134,7 @@ def read_sumo_network(
                 edge.length_m,
                 edge.speed_m_per_s,
                 edge.lanes,
+                frozenset(range(edge.lanes)) - frozenset(driven(edge.permitted, vehicles)),
             )
             for edge in file.edges.values()
         ),
@@ -107,23 +142,34 @@ def read_sumo_network(
         fringe=tuple(node for node in nodes.position_m if node not in nodes.connections),
         position_m=nodes.position_m,
         junctions=tuple(
-            Junction(node, ways_at(connections, file.edges).movements)
+            Junction(node, ways_at(connections, file.edges, vehicles).movements)
             for node, connections in nodes.connections.items()
             if node not in controlled
         ),
+        permissions=_permissions(file),
     )
-    check_network(network, where=str(path))
-    return SumoNetwork(Path(path), network, tuple(signals), tuple(remarks), file.added_programs_xml)
+    check_network(network, where=path)
+    return SumoNetwork(Path(path), network, tuple(signals), tuple(remarks), file, derive)
+
+
+def _permissions(file: NetFile) -> Permissions:
+    ways: dict[tuple[str, str], dict[int, Classes]] = {}
+    for way in file.connections:
+        lanes = ways.setdefault((way.from_edge, way.to_edge), {})
+        lanes[way.lane] = lanes.get(way.lane, Classes()) | way.permitted
+    return Permissions({edge.id: edge.permitted for edge in file.edges.values()}, ways)
 
 
 def _intersection(
-    logic: Logic, connections: list[Connection], file: NetFile, *, derive: bool
+    logic: Logic,
+    connections: list[Connection],
+    file: NetFile,
+    vehicles: ClassCounts | None,
+    *,
+    derive: bool,
 ) -> tuple[Intersection, SumoSignals, list[Remark]]:
-    ways = ways_at(connections, file.edges)
-    links = tuple(
-        tuple(sorted({way.letter for way in group if way.signal == logic.id}))
-        for group in ways.connections
-    )
+    ways = ways_at(connections, file.edges, vehicles)
+    links = letters_of(ways.driven, logic.id)
     conflicts, complete = crossing(ways, file)
     plan = plan_of(logic, ways, links, conflicts, derive=derive)
     remarks = list(remarks_on(logic, ways, links, plan, file))

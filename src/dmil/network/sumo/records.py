@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
 from dmil.network.model import RoadNetwork
+from dmil.network.sumo.net_records import NetFile
 
 RemarkKind = Literal[
     "no-vehicles",
@@ -79,7 +80,8 @@ class SumoSignals:
     states
         SUMO's state string of every phase, with the letters of the file.
     links
-        For every movement its indices into these strings; none if no signal controls it.
+        For every movement its indices into these strings, of the lanes that vehicles use; none if
+        no signal controls it.
     """
 
     id: str
@@ -101,12 +103,20 @@ class SumoNetwork:
         One per intersection, in their order.
     remarks
         What is suspicious about the file, in the order of its signals.
-    added_programs_xml
-        Signal programs and timetables of additional files, as XML elements without a root element.
+    file
+        What it was made from.
+    derived
+        Whether the phases are derived from conflicts.
     """
 
     path: Path
     network: RoadNetwork
     signals: tuple[SumoSignals, ...]
-    remarks: tuple[Remark, ...] = ()
-    added_programs_xml: str = ""
+    remarks: tuple[Remark, ...]
+    file: NetFile = field(repr=False)
+    derived: bool = False
+
+    @property
+    def added_programs_xml(self) -> str:
+        """Programs and timetables of additional files, as XML elements without a root element."""
+        return self.file.added_programs_xml

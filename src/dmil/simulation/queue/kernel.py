@@ -253,7 +253,7 @@ def _reach_leg_ends(layout: Layout, trips: Trips, state: State, time_s: int, end
 def _reach_leg_end(
     layout: Layout, trips: Trips, state: State, vehicle: int, time_s: int, end_s: int
 ) -> None:
-    """Join the shortest lane at the stop line, or arrive if the leg was the journey's last."""
+    """Join the shortest of its lanes at the stop line, or arrive if the leg was the last."""
     visit = state.visit[vehicle]
     if visit == trips.slot_offset[vehicle + 1]:
         state.occupancy_veh[trips.leg_link[visit + vehicle]] -= 1
@@ -261,8 +261,9 @@ def _reach_leg_end(
         state.counters[ARRIVED] += 1
         return
     slot = trips.slots[visit]
-    lane = layout.lanes[layout.lane_offset[slot]]
-    for place in range(layout.lane_offset[slot] + 1, layout.lane_offset[slot + 1]):
+    row = trips.lane_row[visit]
+    lane = layout.lanes[layout.lane_offset[row]]
+    for place in range(layout.lane_offset[row] + 1, layout.lane_offset[row + 1]):
         if state.lane_veh[layout.lanes[place]] < state.lane_veh[lane]:
             lane = layout.lanes[place]
     _append(state.front, state.back, state.behind, lane, vehicle)

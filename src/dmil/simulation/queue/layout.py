@@ -10,6 +10,7 @@ import numpy.typing as npt
 from dmil.demand import Vehicles
 from dmil.errors import DemandError
 from dmil.network import RoadNetwork
+from dmil.network.permissions import Classes
 from dmil.scenarios import Scenario
 from dmil.simulation.queue.state import IntArray, Layout, Trips
 from dmil.simulation.timing import programs_of, signals_of
@@ -26,16 +27,20 @@ def build_layout(scenario: Scenario) -> Layout:
     slot_link = np.full(size, -1, np.int32)
     lane_number: dict[tuple[str, int], int] = {}
     lanes: list[list[int]] = [[] for _ in range(size)]
+
+    def number(link: str, served: tuple[int, ...]) -> list[int]:
+        return [lane_number.setdefault((link, lane), len(lane_number)) for lane in served]
+
     yields: list[list[int]] = [[] for _ in range(size)]
     for i, item in enumerate(intersections):
         first = i * orientations
         for j, movement in enumerate(item.movements):
             slot_link[first + j] = network.link_index[movement.from_link]
-            for lane in movement.lanes:
-                number = lane_number.setdefault((movement.from_link, lane), len(lane_number))
-                lanes[first + j].append(number)
+            lanes[first + j] = number(movement.from_link, movement.lanes)
         for j, foes in enumerate(item.gives_way):
             yields[first + j] = [first + foe for foe in foes]
+    for slot, _, served in _other_lanes(scenario, orientations):
+        lanes.append(number(network.links[slot_link[slot]].id, served))
     lane_offset, all_lanes = _ragged(lanes)
     yield_offset, all_yields = _ragged(yields)
     start_s = scenario.sumo.begin_s if scenario.sumo else 0
@@ -92,13 +97,56 @@ def build_trips(scenario: Scenario, layout: Layout, vehicles: Vehicles) -> Trips
     first_leg = np.zeros(ends.size, np.bool_)
     first_leg[slot_offset[:-1] + np.arange(count)] = True
     leg_s[~first_leg & inner[route[ends]]] = np.maximum(leg_s[~first_leg & inner[route[ends]]], 1)
+    slots = slot[slot != _NO_SIGNAL].astype(np.int32)
     return Trips(
         depart_s=vehicles.depart_s.astype(np.int32),
         slot_offset=slot_offset.astype(np.int32),
-        slots=slot[slot != _NO_SIGNAL].astype(np.int32),
+        slots=slots,
+        lane_row=_lane_rows(scenario, layout, vehicles, slots, np.diff(slot_offset)),
         leg_link=route[ends].astype(np.int32),
         leg_s=leg_s,
     )
+
+
+def _other_lanes(
+    scenario: Scenario, orientations: int
+) -> list[tuple[int, Classes, tuple[int, ...]]]:
+    """Return where vehicles of a class queue in other lanes than those of their movement.
+
+    Returns
+    -------
+    list of (slot, classes, lanes)
+    """
+    kinds = dict.fromkeys(scenario.sumo.classes if scenario.sumo else ())
+    return [
+        (i * orientations + j, classes, lanes)
+        for i, item in enumerate(scenario.network.intersections)
+        for j, movement in enumerate(item.movements)
+        for classes in kinds
+        if (lanes := scenario.network.lanes_to(movement, classes)) != movement.lanes
+    ]
+
+
+def _lane_rows(
+    scenario: Scenario,
+    layout: Layout,
+    vehicles: Vehicles,
+    slots: IntArray,
+    visits: npt.NDArray[np.int64],
+) -> IntArray:
+    """Return for every visit its row in the layout's lanes: the slot's own, or its class's."""
+    size = layout.slot_link.size
+    orientations = size // len(scenario.network.intersections)
+    others = _other_lanes(scenario, orientations)
+    if not others or vehicles.kind is None or scenario.sumo is None:
+        return slots
+    classes = list(dict.fromkeys(scenario.sumo.classes))
+    row: IntArray = np.tile(np.arange(size, dtype=np.int32), (len(classes), 1))
+    for k, (slot, each, _) in enumerate(others):
+        row[classes.index(each), slot] = size + k
+    of_kind = np.array([classes.index(each) for each in scenario.sumo.classes])
+    rows: IntArray = row[np.repeat(of_kind[vehicles.kind], visits), slots]
+    return rows
 
 
 def link_times_s(scenario: Scenario) -> npt.NDArray[np.float64]:
@@ -137,9 +185,9 @@ def _slots_of_pairs(
 def _capacity(scenario: Scenario) -> IntArray:
     """Return how many vehicles have room on every link that ends at signals (specification, §2).
 
-    With storage a link holds as many vehicles as have room on its lanes, and on those of links that
-    lead to it over junctions without signals; where these lead to several such links, each gets an
-    equal part. It holds at least one; without length, or out of the network, any number.
+    With storage a link holds as many vehicles as have room on its open lanes, and on those of links
+    that lead to it over junctions without signals; where these lead to several such links, each
+    gets an equal part. It holds at least one; without length, or out of the network, any number.
     """
     network, dynamics = scenario.network, scenario.dynamics
     capacity = np.full(len(network.links), UNLIMITED_VEH, np.int32)
@@ -160,7 +208,7 @@ def _capacity(scenario: Scenario) -> IntArray:
                 open_links += new
             fed[k] = found
     sharing = Counter(link for links in fed.values() for link in links)
-    lane_m = [link.length_m * link.lanes for link in network.links]
+    lane_m = [link.length_m * link.open_lanes for link in network.links]
     for k, links in fed.items():
         room_m = sum(lane_m[link] / sharing[link] for link in links)
         if room_m > 0:

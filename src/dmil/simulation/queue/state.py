@@ -51,10 +51,11 @@ class Layout(NamedTuple):
         The intersections' own fixed-time programs.
     slot_link: (slots,) int32
         Link on which the queue of a slot stands; −1 where a slot is padding.
-    lane_offset: (slots + 1,) int32
-        Where the lanes of a slot begin in ``lanes``.
-    lanes: (lanes of all slots,) int32
-        Network-wide numbers of the lanes that serve each slot.
+    lane_offset: (rows + 1,) int32
+        Where the lanes of a row begin in ``lanes``: one row per slot, then one for every slot and
+        vehicle class that queue in other lanes.
+    lanes: (lanes of all rows,) int32
+        Network-wide numbers of the lanes of each row.
     yield_offset: (slots + 1,) int32
         Where those begin in ``yields`` to whom a slot gives way.
     yields: (priorities,) int32
@@ -101,6 +102,9 @@ class Trips(NamedTuple):
         Where the journey of a vehicle begins in ``slots``.
     slots: (intersection visits,) int32
         The slots that each vehicle queues in, one after the other.
+    lane_row: (intersection visits,) int32
+        Row of the layout's lanes among which it chooses there; the slot where the lanes are for
+        all.
     leg_link: (legs,) int32
         Link whose room a vehicle takes up on a leg: the last one.
     leg_s: (legs,) int32
@@ -110,6 +114,7 @@ class Trips(NamedTuple):
     depart_s: IntArray
     slot_offset: IntArray
     slots: IntArray
+    lane_row: IntArray
     leg_link: IntArray
     leg_s: IntArray
 

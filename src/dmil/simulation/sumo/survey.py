@@ -128,7 +128,7 @@ class SurveyFiles:
             (self.network.link_index[movement.from_link], lane)
             for item in self.network.intersections
             for movement in item.movements
-            for lane in movement.lanes
+            for lane in self.network.lanes_to(movement)
         }
         return sorted(found)
 
