@@ -2,32 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
-
-Severity = Literal["error", "warning", "note"]
-SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """A sort of finding (ours).
-
-    Parameters
-    ----------
-    severity
-        How bad it usually is: an error makes results wrong, a warning makes them doubtful, a note
-        is good to know.
-    meaning
-        What it says about the files, whole sentences.
-    mend
-        What to do about it, whole sentences.
-    """
-
-    severity: Severity
-    meaning: str
-    mend: str
-
+from dmil.doctor.kind import Kind
 
 SIGNAL_KINDS = {
     "conflicting-greens": Kind(
@@ -198,8 +173,20 @@ DEMAND_KINDS = {
     "no-way": Kind(
         "error",
         "Vehicles cannot reach their goal, since no way of the network leads on. They are left "
-        "out; SUMO would stop with an error.",
+        "out, as CityFlow does; SUMO would stop with an error.",
         "Correct the trips, or the network's connections.",
+    ),
+    "one-road": Kind(
+        "warning",
+        "A route in CityFlow's format names a single road. Its vehicles are left out, as CityFlow "
+        "does.",
+        "Name the road that they go to.",
+    ),
+    "ends-first": Kind(
+        "warning",
+        "An entry in CityFlow's format ends before it begins, or before second 0, so nobody "
+        "departs.",
+        "Correct its startTime or endTime; for no end write -1.",
     ),
     "before-begin": Kind(
         "warning",
