@@ -21,7 +21,7 @@ from dmil.cli.doctor_tables import (
 )
 from dmil.cli.terminal import entries
 from dmil.doctor import Diagnosis, Finding
-from dmil.doctor.kinds import Severity
+from dmil.doctor.kind import Severity
 from dmil.doctor.traffic import PEAK_S
 
 MOST_ROWS = 24

@@ -28,7 +28,7 @@ from dmil.cli.parameters import Option, settings_command
 from dmil.cli.terminal import print_json, progress, results, say, show, waiting
 from dmil.compilation import is_cold
 from dmil.controllers import CONTROLLERS
-from dmil.demand import SumoDemand
+from dmil.demand import CityflowDemand, SumoDemand
 from dmil.errors import InputError
 from dmil.scenarios import Scenario
 from dmil.scenarios.demand_changes import DemandChanges
@@ -39,7 +39,7 @@ from dmil.studies import LocalExecutor, compile_kernels
 from dmil.studies.comparison import REFERENCE, Comparison, compare
 from dmil.training import load_policy
 
-UNDRIVABLE = ("unknown-road", "no-way")
+UNDRIVABLE = ("unknown-road", "no-way", "one-road")
 
 
 class EvaluateParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
@@ -249,9 +249,9 @@ def _notes(settings: EvaluateParameters, found: Comparison, scenario: Scenario) 
 
 
 def _left_out(scenario: Scenario) -> int:
-    """Return how many vehicles SUMO's files have that this network has no way for."""
+    """Return how many vehicles the files have that this network has no way for."""
     demand = scenario.demand
-    remarks = demand.remarks if isinstance(demand, SumoDemand) else ()
+    remarks = demand.remarks if isinstance(demand, SumoDemand | CityflowDemand) else ()
     return sum(each.count for each in remarks if each.kind in UNDRIVABLE)
 
 

@@ -139,6 +139,30 @@ def link_indices(network: RoadNetwork, route: Sequence[str], *, where: str) -> l
         If the route is empty, has an unknown link, or two of its links are not joined by a
         movement.
     """
+    indices = known_links(network, route, where=where)
+    gap = first_gap(network, indices)
+    if gap is not None:
+        raise DemandError(
+            f"its route goes from '{route[gap]}' to '{route[gap + 1]}', but no movement joins them",
+            where=where,
+            mend="add the movement to the network, or correct the route",
+        )
+    return indices
+
+
+def known_links(network: RoadNetwork, route: Sequence[str], *, where: str) -> list[int]:
+    """Return the indices of a route's links; whether they follow each other is not checked (ours).
+
+    Parameters
+    ----------
+    network, route, where
+        See `link_indices`.
+
+    Raises
+    ------
+    DemandError
+        If the route is empty or has an unknown link.
+    """
     if not route:
         raise DemandError("its route is empty", where=where, expected="at least one link")
     for link in route:
@@ -149,15 +173,7 @@ def link_indices(network: RoadNetwork, route: Sequence[str], *, where: str) -> l
                 expected=f"a link of the network '{network.name}'",
                 mend="check that network and vehicles belong together",
             )
-    indices = [network.link_index[link] for link in route]
-    gap = first_gap(network, indices)
-    if gap is not None:
-        raise DemandError(
-            f"its route goes from '{route[gap]}' to '{route[gap + 1]}', but no movement joins them",
-            where=where,
-            mend="add the movement to the network, or correct the route",
-        )
-    return indices
+    return [network.link_index[link] for link in route]
 
 
 def first_gap(

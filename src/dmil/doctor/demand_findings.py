@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from dmil.demand import SumoDemand
+from dmil.demand import CityflowDemand, SumoDemand
 from dmil.demand.sumo.remarks import TEXTS
 from dmil.doctor.case import Case
 from dmil.doctor.findings import Finding, finding
 from dmil.doctor.intersections import IntersectionFacts
-from dmil.doctor.kinds import Severity
+from dmil.doctor.kind import Severity
 from dmil.doctor.traffic import Traffic
 
 LATE_START_S = 600
@@ -35,7 +35,7 @@ def on_demand(
         What was understood of the intersections.
     """
     yield from case.found
-    if isinstance(case.demand, SumoDemand):
+    if isinstance(case.demand, SumoDemand | CityflowDemand):
         yield from _on_remarks(case.demand, traffic)
     if traffic is None:
         return
@@ -60,7 +60,7 @@ def on_demand(
         yield from _on_load(item)
 
 
-def _on_remarks(demand: SumoDemand, traffic: Traffic | None) -> Iterator[Finding]:
+def _on_remarks(demand: SumoDemand | CityflowDemand, traffic: Traffic | None) -> Iterator[Finding]:
     for remark in demand.remarks:
         known = TEXTS[remark.kind]
         where = remark.text.removeprefix(known).strip(" ()").removeprefix("at ")

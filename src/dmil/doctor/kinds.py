@@ -2,18 +2,8 @@
 
 from __future__ import annotations
 
-from dmil.doctor.signal_kinds import SEVERITIES, SIGNAL_KINDS, Kind, Severity
-
-__all__ = [
-    "DEMAND_KINDS",
-    "KINDS",
-    "ROAD_KINDS",
-    "SEVERITIES",
-    "SIGNAL_KINDS",
-    "Kind",
-    "Severity",
-    "kinds_markdown",
-]
+from dmil.doctor.kind import Kind
+from dmil.doctor.signal_kinds import SIGNAL_KINDS
 
 ROAD_KINDS = {
     "dead-end": Kind(
@@ -65,8 +55,20 @@ DEMAND_KINDS = {
     "no-way": Kind(
         "error",
         "Vehicles cannot reach their goal, since no way of the network leads on. They are left "
-        "out; SUMO would stop with an error.",
+        "out, as CityFlow does; SUMO would stop with an error.",
         "Correct the trips, or the network's connections.",
+    ),
+    "one-road": Kind(
+        "warning",
+        "A route in CityFlow's format names a single road. Its vehicles are left out, as CityFlow "
+        "does.",
+        "Name the road that they go to.",
+    ),
+    "ends-first": Kind(
+        "warning",
+        "An entry in CityFlow's format ends before it begins, or before second 0, so nobody "
+        "departs.",
+        "Correct its startTime or endTime; for no end write -1.",
     ),
     "before-begin": Kind(
         "warning",

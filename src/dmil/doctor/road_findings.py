@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from dmil.doctor.case import Case, SumoFacts
 from dmil.doctor.findings import Finding, finding
-from dmil.doctor.kinds import Severity
+from dmil.doctor.kind import Severity
 from dmil.network import Intersection, Remark, RoadNetwork
 
 LONGEST_CYCLE_S = 180.0

@@ -1,33 +1,8 @@
-"""What can be found about signals and their programs; and what a kind of finding is."""
+"""What can be found about signals and their programs."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
-
-Severity = Literal["error", "warning", "note"]
-SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """A sort of finding (ours).
-
-    Parameters
-    ----------
-    severity
-        How bad it usually is: an error makes results wrong, a warning makes them doubtful, a note
-        is good to know.
-    meaning
-        What it says about the files, whole sentences.
-    mend
-        What to do about it, whole sentences.
-    """
-
-    severity: Severity
-    meaning: str
-    mend: str
-
+from dmil.doctor.kind import Kind
 
 SIGNAL_KINDS = {
     "conflicting-greens": Kind(

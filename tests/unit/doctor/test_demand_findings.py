@@ -1,9 +1,12 @@
 """What the doctor finds about vehicles, and about what they ask of the signals."""
 
+import json
+
 import pytest
 
 from dmil.doctor import examine, read_case
 from dmil.errors import DemandError, InputError
+from tests.unit.cityflow.conftest import crossing_document
 from tests.unit.doctor.conftest import (
     CLEAR_EW,
     CLEAR_NS,
@@ -237,3 +240,21 @@ def test_options_that_are_not_used(tmp_path, with_states):
 def test_an_end_before_the_begin_is_an_error(doctor, with_states):
     with pytest.raises(InputError, match="end after the beginning"):
         doctor(with_states(*PROGRAM), EVERY_WAY, horizon_s=0)
+
+
+def test_what_cityflow_drops_is_found(tmp_path):
+    (tmp_path / "roads.json").write_text(json.dumps(crossing_document()[0]))
+    times = [(["E_in", "W_out"], 0, 60), (["E_in", "E_out"], 0, 9), (["E_in"], 0, 3)]
+    times.append((["E_in", "W_out"], 9, 8))
+    flows = [
+        {"route": route, "interval": 1, "startTime": start, "endTime": end}
+        for route, start, end in times
+    ]
+    (tmp_path / "cars.json").write_text(json.dumps(flows))
+    found = examine(read_case([str(tmp_path / "roads.json"), str(tmp_path / "cars.json")]))
+    (way,) = of_kind(found, "no-way")
+    assert way.severity == "error"
+    assert way.what.startswith("10 cannot be driven")
+    assert way.place == "first '[1]' at 'E_in'"
+    assert [each.what[:1] for each in of_kind(found, "one-road")] == ["4"]
+    assert [each.severity for each in of_kind(found, "ends-first")] == ["warning"]

@@ -14,6 +14,10 @@ TEXTS = {
     "are left out; check that network and routes belong together",
     "no-way": "cannot be driven, since no way of the network leads on for their vehicle class, and "
     "are left out; correct the trips, or the network's connections and permissions",
+    "one-road": "have a route of one road and are left out, as CityFlow does; name the road they "
+    "go to",
+    "ends-first": "entries end before they begin, or before second 0, and are left out, as "
+    "CityFlow does; correct startTime or endTime",
     "no-fixed-departure": "have no departure in seconds and are left out; give one, since nothing "
     "here triggers a departure",
     "no-road-vehicle": "are bicycles, trains, pedestrians and the like and are left out; only road "
