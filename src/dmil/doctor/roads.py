@@ -30,6 +30,22 @@ def lines_of(network: RoadNetwork, known: Mapping[str, Line] | None = None) -> d
     }
 
 
+def road_ends(network: RoadNetwork) -> frozenset[str]:
+    """Return the nodes where roads end: vehicles cannot cross them, at most turn round (ours).
+
+    Parameters
+    ----------
+    network
+        The roads.
+    """
+    turning = (
+        node.id
+        for node in (*network.intersections, *network.junctions)
+        if all(movement.turn == "uturn" for movement in node.movements)
+    )
+    return frozenset((*network.fringe, *turning))
+
+
 def origins_rad(item: Intersection, lines: Mapping[str, Line]) -> dict[int, float]:
     """Return from where the traffic of every approach comes, counter-clockwise from East (ours).
 
