@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from dmil.network import Intersection, RoadNetwork
+from dmil.network import Intersection, Junction, RoadNetwork
 from dmil.network.naming import approach_names
 from dmil.network.sumo.ways import heading
 
@@ -38,9 +38,10 @@ def road_ends(network: RoadNetwork) -> frozenset[str]:
     network
         The roads.
     """
+    nodes: tuple[Intersection | Junction, ...] = (*network.intersections, *network.junctions)
     turning = (
         node.id
-        for node in (*network.intersections, *network.junctions)
+        for node in nodes
         if all(movement.turn == "uturn" for movement in node.movements)
     )
     return frozenset((*network.fringe, *turning))
