@@ -85,7 +85,7 @@ SCENARIO_OPTIONS = (
     Option("routes", "--routes", "Scenario", "FILE,FILE"),
     Option("begin_s", "--begin", "Scenario"),
     Option("phases", "--phases", "Scenario", "program|derived"),
-    Option("routing", "--routing", "Scenario", "sumo|free-flow"),
+    Option("routing", "--routing", "Scenario", "sumo|mesoscopic|free-flow"),
     Option("horizon_s", "--steps", "Scenario"),
     Option("load", "--load", "Scenario"),
     Option("calibration", "--calibration", "Scenario", "FILE"),

@@ -17,6 +17,7 @@ from dmil.cli.doctor_tables import (
     inside,
     intersection_text,
     one_each,
+    percent,
     short,
 )
 from dmil.cli.terminal import entries
@@ -184,7 +185,7 @@ def _verdict(diagnosis: Diagnosis) -> Text:
     )
     return Text.assemble(
         (words, style),
-        f": intersection {short(name)} needs {loads[name]:.0%} of its time{period}",
+        f": intersection {short(name)} needs {percent(loads[name]).plain} of its time{period}",
     )
 
 

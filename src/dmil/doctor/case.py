@@ -9,6 +9,7 @@ from pathlib import Path
 
 from dmil.demand import Demand
 from dmil.demand.sumo.reader import has_vehicles
+from dmil.demand.sumo.routing import sumo_is_installed
 from dmil.doctor.arguments import Given, SumoFilesGiven, sort_arguments
 from dmil.doctor.findings import Finding, finding
 from dmil.doctor.roads import Line, lines_of
@@ -141,7 +142,8 @@ def read_case(
     phases
         Which phases to take from a SUMO network: ``"program"`` or ``"derived"``.
     routing
-        Which ways SUMO's trips drive, see `dmil.scenarios.sumo_scenario`.
+        Which ways SUMO's trips drive, see `dmil.scenarios.sumo_scenario`; if not given, those of
+        SUMO's mesoscopic model, where it is installed.
 
     Raises
     ------
@@ -295,7 +297,8 @@ def _with_vehicles(
         )
 
     try:
-        return made(routing), []
+        # Loads need ways through the traffic, but not every vehicle's very own.
+        return made(routing or ("mesoscopic" if sumo_is_installed() else "free-flow")), []
     except DemandError as cause:
         with suppress(DemandError):
             without = made("free-flow")

@@ -51,6 +51,8 @@ class Traffic:
         Of every intersection, in its busiest 15 minutes.
     entries_veh_per_s
         (links,) vehicles that begin on a link, in its busiest 15 minutes.
+    ends
+        Nodes at which a route begins or ends.
     """
 
     vehicles: int
@@ -67,6 +69,7 @@ class Traffic:
     crossing: tuple[tuple[int, ...], ...]
     load: tuple[Load, ...]
     entries_veh_per_s: tuple[float, ...]
+    ends: frozenset[str]
 
 
 def traffic_of(case: Case) -> Traffic | None:
@@ -118,6 +121,15 @@ def traffic_of(case: Case) -> Traffic | None:
             _class_of(case, vehicles)[owner[crossed]],
         ),
         entries_veh_per_s=_entries(case, vehicles),
+        ends=frozenset(
+            (
+                *(network.links[link].start for link in np.unique(route[first])),
+                *(
+                    network.links[link].end
+                    for link in np.unique(route[vehicles.route_offset[1:] - 1])
+                ),
+            )
+        ),
     )
 
 

@@ -123,7 +123,8 @@ class ScenarioRecipe(BaseModel):
     routing: Routing | None = Field(
         None,
         description="Ways of SUMO's trips: sumo (it runs once and chooses by the traffic, the "
-        "default where it is installed) or free-flow.",
+        "default where it is installed), mesoscopic (the same in a tenth of the time, by its "
+        "model of queues) or free-flow.",
     )
     horizon_s: int | None = Field(
         None,

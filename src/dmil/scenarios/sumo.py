@@ -49,8 +49,9 @@ def sumo_scenario(
     routing
         Ways of trips, which the files give no route. ``"sumo"``: SUMO runs once, on the network's
         own signal programs, and its choices are kept on disk, see
-        `dmil.demand.sumo.routing.routed_by_sumo`. ``"free-flow"``: the fastest without traffic. If
-        not given, ``"sumo"`` where it is installed.
+        `dmil.demand.sumo.routing.routed_by_sumo`. ``"mesoscopic"``: the same in a tenth of the
+        time, since SUMO moves queues instead of single vehicles. ``"free-flow"``: the fastest
+        without traffic. If not given, ``"sumo"`` where it is installed.
     timing
         Signal timing; if not given, decisions every 10 s and 3 s of clearance.
     dynamics
@@ -94,13 +95,14 @@ def sumo_scenario(
     chosen: Routing | None = None
     if demand.trips:
         chosen = routing or ("sumo" if sumo_is_installed() else "free-flow")
-        if chosen == "sumo":
+        if chosen != "free-flow":
             demand = routed_by_sumo(
                 demand,
                 roads.network,
                 given.net_file,
                 horizon_s,
                 programs_xml=roads.added_programs_xml,
+                mesoscopic=chosen == "mesoscopic",
             )
         else:
             demand = with_remark(demand, len(demand.trips))

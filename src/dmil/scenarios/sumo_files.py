@@ -9,8 +9,9 @@ from typing import Literal
 from dmil.network.permissions import Classes
 from dmil.network.sumo import SumoSignals
 
-Routing = Literal["sumo", "free-flow"]
-"""Where the ways of trips are from: SUMO's choice in the traffic, or the shortest at free flow."""
+Routing = Literal["sumo", "mesoscopic", "free-flow"]
+"""Where the ways of trips are from: SUMO's choice in the traffic, that in its mesoscopic model of
+the traffic, or the shortest at free flow."""
 
 
 @dataclass(frozen=True)

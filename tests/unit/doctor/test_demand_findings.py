@@ -96,12 +96,19 @@ def test_trips_that_drive_as_on_empty_roads(doctor, with_states, routing, count)
     assert len(of_kind(diagnosis, "free-flow")) == count
 
 
-def test_files_that_sumo_itself_refuses(doctor, with_states):
+@pytest.mark.parametrize(
+    ("attribute", "routing", "said"),
+    [
+        ('departSpeed="99"', None, "Departure speed"),
+        ('departLane="99"', "sumo", "departLane"),  # its mesoscopic model has no lanes
+    ],
+)
+def test_files_that_sumo_itself_refuses(doctor, with_states, attribute, routing, said):
     pytest.importorskip("sumo", reason="needs the extra sumo")
-    text = trip("a", 0, f'{WAY} departLane="99"')
-    (found,) = of_kind(doctor(with_states(*PROGRAM), text), "sumo-refuses")
+    text = trip("a", 0, f"{WAY} {attribute}")
+    (found,) = of_kind(doctor(with_states(*PROGRAM), text, routing=routing), "sumo-refuses")
     assert found.severity == "error"
-    assert "departLane" in found.what
+    assert said in found.what
     assert of_kind(doctor(with_states(*PROGRAM), text, routing="free-flow"), "sumo-refuses") == []
 
 

@@ -167,7 +167,9 @@ def _edges(net: Any, permissions: dict[str, Classes]) -> dict[str, Edge]:
                 max(lane.getLength() for lane in used),
                 max(lane.getSpeed() for lane in used),
                 len(lanes),
-                tuple(used[-1].getShape() or ()),
+                tuple(
+                    point for point in used[-1].getShape() or () if all(map(math.isfinite, point))
+                ),
                 allowed,
             )
     return edges
