@@ -103,7 +103,7 @@ def routed_by_sumo(
 
     def kept_for(options: list[str]) -> Path:
         digest = hashlib.blake2b(net, digest_size=16)
-        made_from = (_version(), " ".join(options), vehicles_xml)
+        made_from: tuple[str, ...] = (_version(), " ".join(options), vehicles_xml)
         made_from += (programs_xml,) if programs_xml else ()
         digest.update("\n".join(made_from).encode())
         return user_cache_folder() / _FOLDER / f"{digest.hexdigest()}.txt"
