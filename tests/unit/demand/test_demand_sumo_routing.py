@@ -197,7 +197,7 @@ def test_without_sumo_one_command_installs_it(make, monkeypatch):
 def test_the_mesoscopic_model_is_asked_in_its_own_way_unless_better_is_known(make, monkeypatch):
     asked = []
 
-    def answer(_net, _vehicles, options):
+    def answer(_net, _vehicles, _programs, options):
         asked.append("--mesosim" in options)
         return {0: tuple(LONG.split())}
 
