@@ -37,6 +37,7 @@ from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED, stream
 from dmil.simulation import make_simulator
+from dmil.simulation.stand_ins import stand_ins
 from dmil.statistics import mean_interval
 from dmil.studies import compile_kernels
 from dmil.studies.block import measures_row
@@ -132,6 +133,9 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
             expected=" or ".join(SERIES_ENDINGS),
         )
     simulator = make_simulator(scenario, settings.simulator, emissions=settings.emissions)
+    if settings.simulator == "queue" and settings.controller.name == "program":
+        for sentence in stand_ins(scenario.network):
+            say(f"Warning: {sentence}.")
     rows, series = [], []
     seeds = range(settings.seed, settings.seed + settings.seeds)
     with contextlib.ExitStack() as stack:

@@ -39,7 +39,8 @@ class SumoConfiguration:
         Factor on the demand.
     unused
         Options of the file that could change how vehicles drive and are not taken over, as
-        ``name=value``; the length of a step too, since a run has steps of 1 s.
+        ``name=value``; a length of steps too of which 1 s is no multiple, since SUMO is asked
+        every second.
     for_sumo
         Options that SUMO is told as they stand, as (name, value).
     """
@@ -93,6 +94,9 @@ def read_sumo_configuration(path: str | Path) -> SumoConfiguration:
         raise options.error("begin", "whole seconds, since a run has steps of 1 s")
     end_s = options.seconds("end")
     step_s = options.number("step-length", 1.0)
+    whole = abs(1 / step_s - round(1 / step_s)) < 1e-9
+    if step_s != 1:
+        (options.for_sumo if whole else options.unused).append(("step-length", f"{step_s:g}"))
     return SumoConfiguration(
         net_file=nets[0],
         route_files=routes,
@@ -100,7 +104,7 @@ def read_sumo_configuration(path: str | Path) -> SumoConfiguration:
         begin_s=int(begin_s),
         end_s=end_s,
         scale=options.number("scale", 1.0),
-        unused=(*([f"step-length={step_s:g}"] if step_s != 1 else []), *options.unused),
+        unused=tuple(f"{name}={value}" for name, value in options.unused),
         for_sumo=tuple(options.for_sumo),
     )
 
@@ -111,7 +115,7 @@ class _Options:
 
     path: str
     walk: XmlWalk | None = None
-    unused: list[str] = field(default_factory=list)
+    unused: list[tuple[str, str]] = field(default_factory=list)
     for_sumo: list[tuple[str, str]] = field(default_factory=list)
     _given: dict[str, tuple[str, str]] = field(default_factory=dict)
     _place: str = ""
@@ -168,7 +172,7 @@ class _Options:
                 mend="remove it",
             )
         if option.treatment == "noted":
-            self.unused.append(f"{option.name}={value}")
+            self.unused.append((option.name, value))
         elif option.treatment == "sumo":
             self.for_sumo.append((option.name, value))
 

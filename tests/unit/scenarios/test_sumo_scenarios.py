@@ -98,12 +98,16 @@ def test_a_configuration_names_files_beside_it_and_times(folder, text):
 
 
 def test_steps_of_another_length_and_a_scale_are_not_lost(folder):
-    text = SHORT.replace("<n ", '<step-length value="0.5"/><scale value="2"/><n ')
+    text = SHORT.replace("<n ", '<step-length value="0.3"/><scale value="2"/><n ')
     path = written(folder, text)
     found = read_sumo_configuration(path)
-    assert (found.unused, found.scale) == (("step-length=0.5",), 2.0)
+    assert (found.unused, found.scale, found.for_sumo) == (("step-length=0.3",), 2.0, ())
     made = sumo_scenario(path)
     assert len(made.demand.vehicles(made.network, 800, stream(0))) == 24
+    path = written(folder, SHORT.replace("<n ", '<step-length value="0.20"/><n '))
+    assert read_sumo_configuration(path).for_sumo == (("step-length", "0.2"),)
+    made = sumo_scenario(path)
+    assert made.sumo is not None and made.sumo.options == (("step-length", "0.2"),)
 
 
 @pytest.mark.parametrize(

@@ -100,7 +100,6 @@ def options(
         *("--net-file", str(files.net_file)),
         *("--route-files", str(routes)),
         *("--begin", str(files.begin_s)),
-        *("--step-length", "1"),
         *("--seed", str(seed % 2**31)),
         *("--time-to-teleport", "-1"),
         *("--xml-validation", "never"),
@@ -112,7 +111,7 @@ def options(
     ]
     if files.programs_file:
         chosen += ["--additional-files", str(files.programs_file)]
-    for name, value in files.further_options:
+    for name, value in {"step-length": "1", **dict(files.further_options)}.items():
         chosen += [f"--{name}", value]
     if model == "meso":
         chosen += ["--mesosim", "--meso-junction-control", "true"]
