@@ -135,7 +135,7 @@ class _Reading:
         self._types = VehicleTypes()
         self._ways = Ways(network)
         self._remarks = Remarks()
-        self._ids: set[str] = set()
+        self._ids: set[tuple[str, str]] = set()
         self._kinds: dict[tuple[tuple[str, str], ...], int] = {}
         self._classes: list[Classes] = []
         self._depart_s: list[float] = []
@@ -173,9 +173,11 @@ class _Reading:
 
     def _departures(self, entry: Entry) -> Listed | Drawn | None:
         name = entry.required("id")
-        if name in self._ids:
-            raise entry.error("there is another vehicle of this id", mend="rename one of them")
-        self._ids.add(name)
+        # As in SUMO a flow and a vehicle may have one id: the flow's vehicles are numbered.
+        sort = "flow" if entry.element.tag == "flow" else "vehicle"
+        if (sort, name) in self._ids:
+            raise entry.error(f"there is another {sort} of this id", mend="rename one of them")
+        self._ids.add((sort, name))
         find = departures_of_flow if entry.element.tag == "flow" else departure_of_vehicle
         found = find(entry, self._window)
         if found is None:
