@@ -254,3 +254,36 @@ def test_a_class_that_has_no_way_at_all_is_named(built, scenario):
 
     with pytest.raises(DemandError, match="no way of the network leads on for their vehicle class"):
         scenario(net, '<trip id="t" type="truck" depart="0" from="WC" to="CE"/>')
+
+
+@pytest.mark.parametrize("spacing", ['probability=".2"', 'period="exp(.2)"', 'period="5"'])
+def test_of_a_distribution_each_vehicle_drives_as_its_own_class(scenario, spacing):
+    net = CASES / "random-flow-permission" / "net.net.xml"
+    members = '<vType id="car" probability="3"/><vType id="line" vClass="bus"/>'
+    made = scenario(
+        net,
+        f'<vTypeDistribution id="any">{members}</vTypeDistribution>'
+        f'<flow id="f" type="any" from="WA" to="BE" begin="0" end="600" {spacing}/>',
+        routing="free-flow",
+    )
+    vehicles, links = dmil.vehicles_of_seed(made, 0), made.network.links
+    ways = [
+        (made.sumo.kinds[vehicles.kind[v]]["type"], links[vehicles.route(v)[1]].id)
+        for v in range(len(vehicles))
+    ]
+
+    assert set(ways) == {("car", "AD"), ("line", "AB")}
+    assert 0.1 < sum(kind == "line" for kind, _ in ways) / len(ways) < 0.4
+    assert drive(made, SumoSimulator)[0].arrived_veh == len(vehicles)
+
+
+def test_of_a_distribution_with_a_number_all_depart(scenario):
+    net = CASES / "random-flow-permission" / "net.net.xml"
+    made = scenario(
+        net,
+        '<vTypeDistribution id="any" vTypes="bus truck" probabilities=".5 .5"/>'
+        '<flow id="f" type="any" from="WA" to="BE" begin="0" number="40" period="exp(.2)"/>',
+        routing="free-flow",
+    )
+
+    assert len(dmil.vehicles_of_seed(made, 0)) == 40
