@@ -140,16 +140,21 @@ class VehicleTypes:
         if not total > 0:
             raise entry.error("it has no types", expected="at least one of a probability above 0")
         road = any(member.road for member in members)
+        space_m = (
+            sum(w * member.space_m for w, member in zip(weights, members, strict=True)) / total
+        )
         drawn = zip((*ids, *names), weights, members, strict=True)
         apart = road and len({member.classes for member in members}) > 1
         return VehicleType(
             road,
-            sum(w * member.space_m for w, member in zip(weights, members, strict=True)) / total,
+            space_m,
             Classes().union(*(member.classes for member in members)),
             # Bicycles among cars drive as SUMO would let them: with ways of their own.
-            tuple((name, w / total, replace(each, road=True)) for name, w, each in drawn if w)
-            if apart
-            else (),
+            tuple(
+                (name, w / total, replace(each, road=True, space_m=space_m))
+                for name, w, each in drawn
+                if apart and w
+            ),
         )
 
 
