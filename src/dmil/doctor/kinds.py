@@ -54,9 +54,9 @@ DEMAND_KINDS = {
     ),
     "no-way": Kind(
         "error",
-        "Vehicles cannot reach their goal, since no way of the network leads on. They are left "
-        "out, as CityFlow does; SUMO would stop with an error.",
-        "Correct the trips, or the network's connections.",
+        "Vehicles cannot reach their goal, since no way of the network leads on for their vehicle "
+        "class. They are left out, as CityFlow does; SUMO would stop with an error.",
+        "Correct the trips, or the network's connections and permissions.",
     ),
     "one-road": Kind(
         "warning",

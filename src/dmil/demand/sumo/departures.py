@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -127,6 +128,33 @@ class Drawn:
             return seconds[rng.random(len(seconds)) < self.rate_per_s]
         count = rng.poisson(self.rate_per_s * max(0.0, end_s - self.begin_s))
         return np.sort(rng.uniform(self.begin_s, end_s, count))
+
+
+def shared_out(
+    departures: Listed | Drawn, shares: Sequence[float], rng: np.random.Generator
+) -> list[Listed | Drawn]:
+    """Divide departures at random among several kinds of vehicles (ours).
+
+    Parameters
+    ----------
+    departures
+        Those of all.
+    shares
+        Probability of each kind.
+    rng
+        Stream of random numbers.
+    """
+    if isinstance(departures, Listed):
+        kind = rng.choice(len(shares), size=len(departures.depart_s), p=shares)
+        return [Listed(departures.depart_s[kind == k]) for k in range(len(shares))]
+    rates = [departures.rate_per_s * share for share in shares]
+    if departures.number is None:
+        return [replace(departures, rate_per_s=rate) for rate in rates]
+    numbers = rng.multinomial(departures.number, shares).tolist()
+    return [
+        replace(departures, rate_per_s=rate, number=number) if number else Listed(np.zeros(0))
+        for rate, number in zip(rates, numbers, strict=True)
+    ]
 
 
 def departure_of_vehicle(entry: Entry, window: Window) -> Listed | None:

@@ -18,15 +18,17 @@ from dmil.demand.sumo.departures import (
     Window,
     departure_of_vehicle,
     departures_of_flow,
+    shared_out,
 )
 from dmil.demand.sumo.entry import Entry
 from dmil.demand.sumo.remarks import DemandRemark, Remarks
-from dmil.demand.sumo.types import VehicleTypes
+from dmil.demand.sumo.types import VehicleType, VehicleTypes
 from dmil.demand.sumo.ways import Ends, Unusable, Ways, ends_of
 from dmil.errors import DemandError
 from dmil.network import RoadNetwork
 from dmil.network.permissions import Classes
 from dmil.network.xml_file import iter_elements
+from dmil.seeding import stream
 
 VEHICLES = ("vehicle", "trip", "flow")
 ROOTS = ("routes", "additional")
@@ -148,6 +150,7 @@ class _Reading:
         self._unknown: tuple[Entry, str] | None = None
         self._first_s = math.inf
         self._veh_of_space_m: defaultdict[float, float] = defaultdict(float)
+        self._rng = stream(0, "vehicle types")
 
     def read(self, path: str | Path, *, in_order: bool) -> None:
         """Take up all that a file defines; of a route file SUMO takes vehicles in order only."""
@@ -185,8 +188,19 @@ class _Reading:
         return found
 
     def _take(self, entry: Entry, departures: Listed | Drawn) -> None:
-        """Take up a vehicle, trip or flow as far as it departs in time and can be driven."""
+        """Take up a vehicle, trip or flow, of a distribution over classes each class by itself."""
         vehicle_type = self._types.of(entry)
+        if not vehicle_type.members:
+            self._take_of(vehicle_type, entry, departures)
+            return
+        # SUMO draws anew in each run; but a way that was found for a bicycle is none for a car.
+        names, shares, types = zip(*vehicle_type.members, strict=True)
+        parts = shared_out(departures, shares, self._rng)
+        for name, each, part in zip(names, types, parts, strict=True):
+            self._take_of(each, entry.of_type(name), part)
+
+    def _take_of(self, vehicle_type: VehicleType, entry: Entry, departures: Listed | Drawn) -> None:
+        """Take up vehicles as far as they depart in time and can be driven."""
         if not vehicle_type.road:
             self._leave_out(entry, "no-road-vehicle", departures)
             return

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from xml.etree.ElementTree import Element, tostring
 
 from dmil.demand.sumo.entry import Entry
-from dmil.network.permissions import OLD_NAMES, Classes
+from dmil.network.permissions import ALL_CLASSES, OLD_NAMES, Classes
 
 DEFAULT_TYPE = "DEFAULT_VEHTYPE"
 GAP_M = 2.5
@@ -48,11 +48,14 @@ class VehicleType:
         Length and least gap of a vehicle; of a distribution the mean.
     classes
         Those whose permissions it has; of a distribution all, and none for ``ignoring``.
+    members
+        Of a distribution over several classes the types, by id, and their probabilities.
     """
 
     road: bool
     space_m: float
     classes: Classes = frozenset()
+    members: tuple[tuple[str, float, VehicleType], ...] = ()
 
 
 _BUILT_IN = {
@@ -119,6 +122,7 @@ class VehicleTypes:
     def _distribution(self, entry: Entry) -> VehicleType:
         members: list[VehicleType] = []
         weights: list[float] = []
+        ids: list[str] = []
         for child in entry.element.findall("vType"):
             member = Entry(entry.place, child)
             reference = child.get("refId")
@@ -127,6 +131,7 @@ class VehicleTypes:
             else:
                 self._types[member.required("id")] = _type(member)
                 members.append(self._types[member.id])
+            ids.append(reference or member.id)
             weights.append(member.number("probability") if "probability" in child.attrib else 1.0)
         names = (entry.get("vTypes") or "").split()
         members += [self._known(entry, name) for name in names]
@@ -134,10 +139,22 @@ class VehicleTypes:
         total = sum(weights)
         if not total > 0:
             raise entry.error("it has no types", expected="at least one of a probability above 0")
+        road = any(member.road for member in members)
+        space_m = (
+            sum(w * member.space_m for w, member in zip(weights, members, strict=True)) / total
+        )
+        drawn = zip((*ids, *names), weights, members, strict=True)
+        apart = road and len({member.classes for member in members}) > 1
         return VehicleType(
-            any(member.road for member in members),
-            sum(w * member.space_m for w, member in zip(weights, members, strict=True)) / total,
+            road,
+            space_m,
             Classes().union(*(member.classes for member in members)),
+            # Bicycles among cars drive as SUMO would let them: with ways of their own.
+            tuple(
+                (name, w / total, replace(each, road=True, space_m=space_m))
+                for name, w, each in drawn
+                if apart and w
+            ),
         )
 
 
@@ -171,8 +188,7 @@ def _type(entry: Entry) -> VehicleType:
         length_m = entry.number("length", least=0.1)
     gap_m = entry.number("minGap") if entry.get("minGap") is not None else GAP_M
     road = kind in CLASS_LENGTH_M
-    named = road and kind != "ignoring"
-    return VehicleType(road, length_m + gap_m, Classes({kind} if named else ()))
+    return VehicleType(road, length_m + gap_m, ALL_CLASSES & {kind})
 
 
 def _text(element: Element) -> str:

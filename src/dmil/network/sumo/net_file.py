@@ -10,7 +10,7 @@ from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 from dmil.errors import MissingExtraError, NetworkError
-from dmil.network.permissions import ALL_CLASSES, MOTOR_CLASSES, Classes, permitted
+from dmil.network.permissions import ALL_CLASSES, MOTOR_CLASSES, Classes, Permissions, permitted
 from dmil.network.sumo.net_records import Connection, Edge, NetFile, Point
 from dmil.network.sumo.signal_programs import SignalPrograms
 from dmil.network.xml_file import XmlWalk
@@ -55,9 +55,11 @@ def read_net_file(
     }
     logics = guard.programs.used(letters, str(path))
     signals = {logic.id for logic in logics}
+    edges = _edges(net, guard.permitted)
     return NetFile(
         path=str(path),
-        edges=_edges(net, guard.permitted),
+        edges=edges,
+        permissions=_permissions(net, guard, edges),
         position_m=_positions(net, str(path)),
         connections=_connections(net, guard, signals, str(path)),
         logics=logics,
@@ -86,6 +88,11 @@ class _Guard:
     response: dict[tuple[str, int], frozenset[int]] = field(default_factory=dict)
     permitted: dict[str, Classes] = field(default_factory=dict)
     """By lane, and by connection, which is named like its two lanes."""
+
+    def permits(self, way: Any) -> Classes:
+        """Return who may take a connection: who may use it and the lanes on both sides."""
+        ends = way.getFromLane().getID(), way.getToLane().getID()
+        return self.permitted[ends[0]] & self.permitted[ends[1]] & self.permitted[" ".join(ends)]
 
     def start(self, name: str, attributes: dict[str, str]) -> None:
         given = dict(attributes)
@@ -176,6 +183,19 @@ def _edges(net: Any, permissions: dict[str, Classes]) -> dict[str, Edge]:
     return edges
 
 
+def _permissions(net: Any, guard: _Guard, edges: dict[str, Edge]) -> Permissions:
+    """Return who may use which lane of the edges, and go from which to which: bicycles, too."""
+    ways: dict[tuple[str, str], dict[int, Classes]] = {}
+    for name in edges:
+        for lane in net.getEdge(name).getLanes():
+            for way in lane.getOutgoing():
+                there = way.getTo().getID()
+                if there in edges:
+                    lanes, index = ways.setdefault((name, there), {}), lane.getIndex()
+                    lanes[index] = lanes.get(index, Classes()) | guard.permits(way)
+    return Permissions({edge.id: edge.permitted for edge in edges.values()}, ways)
+
+
 def _positions(net: Any, path: str) -> dict[str, Point]:
     positions = {}
     for node in net.getNodes():
@@ -208,9 +228,7 @@ def _connections(net: Any, guard: _Guard, signals: set[str], path: str) -> tuple
         outer = [_lane(net, lane, junction, path) for lane in lanes if not lane.startswith(":")]
         ways = [way for lane in outer for way in lane.getOutgoing()]
         for row, way in enumerate(ways):
-            ends = way.getFromLane().getID(), way.getToLane().getID()
-            allowed = guard.permitted[ends[0]] & guard.permitted[ends[1]]
-            allowed &= guard.permitted[" ".join(ends)]
+            allowed = guard.permits(way)
             if allowed & MOTOR_CLASSES:
                 found.append(
                     Connection(

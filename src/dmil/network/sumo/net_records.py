@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from dmil.network.permissions import Classes
+from dmil.network.permissions import Classes, Permissions
 
 Point = tuple[float, float]
 
@@ -104,6 +104,8 @@ class NetFile:
         The file.
     edges
         Edge id to edge.
+    permissions
+        Who may use which lanes of them.
     position_m
         Junction id to its place.
     connections
@@ -121,6 +123,7 @@ class NetFile:
 
     path: str
     edges: dict[str, Edge]
+    permissions: Permissions
     position_m: dict[str, Point]
     connections: tuple[Connection, ...]
     logics: tuple[Logic, ...]

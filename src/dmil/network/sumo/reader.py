@@ -15,8 +15,6 @@ from dmil.network.model import Intersection, Junction, Link, RoadNetwork
 from dmil.network.naming import phase_name
 from dmil.network.permissions import (
     ClassCounts,
-    Classes,
-    Permissions,
     driven,
     makes_no_difference,
 )
@@ -146,18 +144,10 @@ def _read(file: NetFile, vehicles: ClassCounts | None, *, derive: bool) -> SumoN
             for node, connections in nodes.connections.items()
             if node not in controlled
         ),
-        permissions=_permissions(file),
+        permissions=file.permissions,
     )
     check_network(network, where=path)
     return SumoNetwork(Path(path), network, tuple(signals), tuple(remarks), file, derive)
-
-
-def _permissions(file: NetFile) -> Permissions:
-    ways: dict[tuple[str, str], dict[int, Classes]] = {}
-    for way in file.connections:
-        lanes = ways.setdefault((way.from_edge, way.to_edge), {})
-        lanes[way.lane] = lanes.get(way.lane, Classes()) | way.permitted
-    return Permissions({edge.id: edge.permitted for edge in file.edges.values()}, ways)
 
 
 def _intersection(
