@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element, tostring
 
+from dmil.demand.sumo.acting import switches, without_acting
 from dmil.demand.sumo.entry import Entry
 from dmil.network.permissions import OLD_NAMES, Classes
 
 DEFAULT_TYPE = "DEFAULT_VEHTYPE"
 GAP_M = 2.5
+MOST_SCALE = 1000
+"""More is a slip of the pen."""
 CLASS_LENGTH_M = {
     "private": 5.0,
     "emergency": 6.5,
@@ -48,11 +51,17 @@ class VehicleType:
         Length and least gap of a vehicle; of a distribution the mean.
     classes
         Those whose permissions it has; of a distribution all, and none for ``ignoring``.
+    scale
+        How often each of its vehicles departs; of a distribution the mean.
+    devices
+        Those that its parameters switch on or off; of a distribution, on if any member has it.
     """
 
     road: bool
     space_m: float
     classes: Classes = frozenset()
+    scale: float = 1.0
+    devices: Mapping[str, bool] = field(default_factory=dict)
 
 
 _BUILT_IN = {
@@ -90,11 +99,12 @@ class VehicleTypes:
             raise entry.error(
                 "there is another vehicle type of this id", mend="rename or remove one of them"
             )
+        definition = without_acting(entry.element)
         if entry.element.tag == "vType":
             self._types[name] = _type(entry)
         else:
-            self._types[name] = self._distribution(entry)
-        self._definitions.append(_text(entry.element))
+            self._types[name] = self._distribution(entry, definition)
+        self._definitions.append(_text(definition))
 
     def of(self, entry: Entry) -> VehicleType:
         """Return the type that a vehicle or flow names, SUMO's default if it names none.
@@ -116,7 +126,8 @@ class VehicleTypes:
             )
         return found
 
-    def _distribution(self, entry: Entry) -> VehicleType:
+    def _distribution(self, entry: Entry, definition: Element) -> VehicleType:
+        """Read a distribution; in its definition the shares become those of scaled members."""
         members: list[VehicleType] = []
         weights: list[float] = []
         for child in entry.element.findall("vType"):
@@ -134,10 +145,21 @@ class VehicleTypes:
         total = sum(weights)
         if not total > 0:
             raise entry.error("it has no types", expected="at least one of a probability above 0")
+        scaled = [w * member.scale for w, member in zip(weights, members, strict=True)]
+        scale = sum(scaled) / total
+        if scale and any(member.scale != 1 for member in members):
+            nested = definition.findall("vType")
+            for child, weight in zip(nested, scaled, strict=False):
+                child.set("probability", repr(weight))
+            if names:
+                definition.set("probabilities", " ".join(map(repr, scaled[len(nested) :])))
+        devices = [(name, on) for member in members for name, on in member.devices.items()]
         return VehicleType(
             any(member.road for member in members),
             sum(w * member.space_m for w, member in zip(weights, members, strict=True)) / total,
             Classes().union(*(member.classes for member in members)),
+            scale=scale,
+            devices=dict(sorted(devices, key=lambda device: device[1])),
         )
 
 
@@ -172,7 +194,14 @@ def _type(entry: Entry) -> VehicleType:
     gap_m = entry.number("minGap") if entry.get("minGap") is not None else GAP_M
     road = kind in CLASS_LENGTH_M
     named = road and kind != "ignoring"
-    return VehicleType(road, length_m + gap_m, Classes({kind} if named else ()))
+    scale = entry.number("scale", most=MOST_SCALE) if entry.get("scale") is not None else 1.0
+    return VehicleType(
+        road,
+        length_m + gap_m,
+        Classes({kind} if named else ()),
+        scale=scale,
+        devices=switches(entry.element),
+    )
 
 
 def _text(element: Element) -> str:
