@@ -10,13 +10,17 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from dmil.cli.parameters import Option, set_option, split
+from dmil.cli.terminal import say
 from dmil.controllers import CONTROLLERS, make_settings
 from dmil.controllers.variants import Variant, parse_variant
+from dmil.demand import SumoDemand
 from dmil.demand.arrivals import DEFAULT_BATCH_VEH
+from dmil.demand.sumo.acting import ACTING
 from dmil.errors import InputError
 from dmil.importing import import_object
 from dmil.network.grid import ENTRY_LINK_TIME_S, LINK_TIME_S
 from dmil.rewards import PAPER_CONSTANTS, Reward, RewardConstants, make_reward
+from dmil.scenarios import Scenario
 from dmil.scenarios.demand_changes import DemandChanges, changes_of
 from dmil.scenarios.recipe import DynamicsChanges, GridChanges, ScenarioRecipe, TimingChanges
 from dmil.training import Policy, load_policy
@@ -243,6 +247,16 @@ def recipe_of(settings: ScenarioRecipe) -> ScenarioRecipe:
     """Return the scenario's part of a command's settings (ours)."""
     names = settings.model_fields_set & set(ScenarioRecipe.model_fields)
     return ScenarioRecipe(**{name: getattr(settings, name) for name in names})
+
+
+def built(recipe: ScenarioRecipe) -> Scenario:
+    """Make the scenario, and say what of its files does not act on vehicles here (ours)."""
+    made = recipe.build()
+    for remark in made.demand.remarks if isinstance(made.demand, SumoDemand) else ():
+        if remark.kind in ACTING:
+            what = remark.text.partition(";")[0]
+            say(f"Warning: {remark.count} {what} (first '{remark.example}').")
+    return made
 
 
 def complete_scenario(settings: ScenarioRecipe) -> dict[str, Any]:

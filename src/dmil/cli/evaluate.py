@@ -16,6 +16,7 @@ from dmil.cli.choices import (
     ControllerChoice,
     RewardChoice,
     SimulatorChoice,
+    built,
     complete_scenario,
     controller_options,
     with_scenario_of,
@@ -140,7 +141,7 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
         raise InputError("nobody to judge", where="evaluate", mend="add --controller or --policy")
     policies = [load_policy(path) for path in settings.policy]
     recipe = with_scenario_of(settings, policies[0] if policies else None)
-    scenario = recipe.build()
+    scenario = built(recipe)
     contenders = contenders_of(settings, policies)
     if is_cold():
         with waiting("First start: compiling kernels, once …"):

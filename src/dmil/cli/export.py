@@ -16,6 +16,7 @@ from dmil.cli.choices import (
     ControllerChoice,
     SimulatorChoice,
     accepted,
+    built,
     complete_scenario,
     controller_options,
     policy_from,
@@ -115,7 +116,7 @@ def export(settings: ExportParameters, json: bool) -> None:
             expected="one of the two",
             mend="leave out --policy or --controller",
         )
-    scenario = with_scenario_of(settings, policy).build()
+    scenario = built(with_scenario_of(settings, policy))
     contender = _contender(settings, policy)
     if is_cold() and settings.simulator == "queue":
         with waiting("First start: compiling kernels, once …"):

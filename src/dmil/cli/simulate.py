@@ -20,6 +20,7 @@ from dmil.cli.choices import (
     RewardChoice,
     SimulatorChoice,
     accepted,
+    built,
     complete_scenario,
     controller_options,
     policy_from,
@@ -122,7 +123,7 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
             mend="leave them out: the policy brings its own",
         )
     recipe = with_scenario_of(settings, policy)
-    scenario = recipe.build()
+    scenario = built(recipe)
     contender = _contender(settings, policy)
     reward = (policy or settings).make_reward()
     contender.make(scenario.network)

@@ -16,6 +16,7 @@ from dmil.cli.choices import (
     ControllerChoice,
     RewardChoice,
     SimulatorChoice,
+    built,
     complete_scenario,
     controller_options,
     recipe_of,
@@ -128,7 +129,7 @@ def train(settings: TrainParameters, json: bool) -> None:
         raise InputError(
             "no file for the policy", where="--out", mend="add for example: --out policy.npz"
         )
-    scenario = recipe_of(settings).build()
+    scenario = built(recipe_of(settings))
     reward = settings.make_reward()
     simulator = make_simulator(scenario, settings.simulator)
     done = int(before.training["episodes"]) if before else 0

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from dmil.demand import Demand
+from dmil.demand.sumo.acting import kind_of_option
 from dmil.demand.sumo.reader import has_vehicles
 from dmil.demand.sumo.routing import sumo_is_installed
 from dmil.doctor.arguments import Given, SumoFilesGiven, sort_arguments
@@ -280,9 +281,11 @@ def _unnamed(given: SumoFilesGiven, configuration: SumoConfiguration) -> tuple[P
 
 
 def _on_options(configuration: SumoConfiguration) -> list[Finding]:
-    if not configuration.unused:
-        return []
-    return [finding("option-not-used", "configuration", ", ".join(configuration.unused))]
+    # Of devices the demand's remarks tell.
+    others = [
+        each for each in configuration.unused if not kind_of_option(*each.partition("=")[::2])
+    ]
+    return [finding("option-not-used", "configuration", ", ".join(others))] if others else []
 
 
 def _with_vehicles(

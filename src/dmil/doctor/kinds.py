@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dmil.demand.sumo.acting import ACTING
 from dmil.doctor.kind import Kind
 from dmil.doctor.signal_kinds import SIGNAL_KINDS
 
@@ -98,12 +99,6 @@ DEMAND_KINDS = {
         "Vehicles stand after others that depart later and are left out, as SUMO does.",
         "Sort the file by departure.",
     ),
-    "no-fixed-departure": Kind(
-        "warning",
-        "Vehicles have no departure in seconds, such as those that a person triggers. They are "
-        "left out.",
-        "Give them a departure in seconds.",
-    ),
     "zone": Kind(
         "warning",
         "Trips begin or end in a zone or at a coordinate and are left out.",
@@ -164,14 +159,6 @@ DEMAND_KINDS = {
         "are simulated.",
         "Nothing.",
     ),
-    "person": Kind(
-        "note",
-        "Persons and containers are left out; only vehicles are simulated.",
-        "Nothing.",
-    ),
-    "stops": Kind(
-        "note", "Vehicles have stops, which they do not make: they drive on.", "Nothing."
-    ),
     "parameters": Kind("note", "Vehicles have parameters, which are not used.", "Nothing."),
     "route-part": Kind(
         "note",
@@ -184,15 +171,17 @@ DEMAND_KINDS = {
         "the traffic when they depart. On congested networks queues are then longer than in SUMO.",
         "Install SUMO and leave out --routing, or give vehicles routes.",
     ),
-    "device": Kind(
-        "note",
-        "Definitions that act on vehicles during the run, such as rerouters, are not used.",
-        "Nothing; know that SUMO's own run differs.",
-    ),
 }
 """About vehicles, and what they ask of the signals."""
 
-KINDS: dict[str, Kind] = {**SIGNAL_KINDS, **ROAD_KINDS, **DEMAND_KINDS}
+ACTING_KINDS = {
+    kind: Kind("warning", f"The files have {each.what}. {each.instead}", each.mend)
+    for kind, each in ACTING.items()
+    if each.text
+}
+"""About what acts on vehicles during SUMO's run."""
+
+KINDS: dict[str, Kind] = {**SIGNAL_KINDS, **ROAD_KINDS, **DEMAND_KINDS, **ACTING_KINDS}
 """Every kind of finding by its name."""
 
 
@@ -203,6 +192,7 @@ def kinds_markdown() -> str:
         ("Signals and their programs", SIGNAL_KINDS),
         ("Roads", ROAD_KINDS),
         ("Vehicles, and what they ask of the signals", DEMAND_KINDS),
+        ("What acts on vehicles during SUMO's run", ACTING_KINDS),
     ):
         lines += ["", f"### {title}", "", "| finding | severity | what it means | mend |"]
         lines.append("|-|-|-|-|")

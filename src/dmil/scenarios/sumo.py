@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 from dmil.demand.sumo import read_sumo_routes
+from dmil.demand.sumo.remarks import remarks_on_options
 from dmil.demand.sumo.routing import routed_by_sumo, sumo_is_installed, with_remark
 from dmil.errors import InputError
 from dmil.network.sumo import read_sumo_network
@@ -87,7 +89,10 @@ def sumo_scenario(
         additional=given.additional_files,
         begin_s=begin_s,
         end_s=end_s,
+        scale=given.scale,
     )
+    switched_off = remarks_on_options(given.unused, len(demand.recorded.recorded))
+    demand = replace(demand, remarks=(*demand.remarks, *switched_off))
     if end_s is None:
         horizon_s = _rounded(demand.last_departure_s + 1)
     else:
@@ -111,7 +116,7 @@ def sumo_scenario(
     return Scenario(
         name=name or f"sumo:{roads.network.name}",
         network=roads.network,
-        demand=demand.scaled(given.scale) if given.scale != 1 else demand,
+        demand=demand,
         timing=timing
         or SignalTiming(decision_interval_s=DECISION_INTERVAL_S, clearance_s=CLEARANCE_S),
         dynamics=dynamics

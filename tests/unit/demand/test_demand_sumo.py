@@ -137,7 +137,7 @@ def test_additional_files_give_types_and_routes_and_their_other_definitions_are_
         ],
     )
     assert demand.vehicle_space_m == 5.5
-    assert kinds(demand) == {"device": (1, "w")}
+    assert kinds(demand) == {"rerouter": (1, "w")}
 
 
 def test_vehicles_of_additional_files_drive_in_any_order_and_alone(read):

@@ -29,6 +29,10 @@ def trip(name, depart, attributes):
     return f'<trip id="{name}" depart="{depart}" {attributes}/>'
 
 
+def with_device(name):
+    return vehicle("b", 1, f'{ROUTE}<param key="has.{name}.device" value="true"/>')
+
+
 def flow(name, begin, end, number, start="top", goal="bottom"):
     return (
         f'<flow id="{name}" begin="{begin}" end="{end}" number="{number}" from="{start}0A0" '
@@ -65,11 +69,17 @@ WAY = 'from="top0A0" to="A0bottom0"'
             '<vType id="bike" vClass="bicycle"/>' + vehicle("b", 1, attributes='type="bike"'),
             "1 are bicycles",
         ),
-        ("person", "note", '<person id="p" depart="1"/>', "1 are persons"),
-        ("stops", "note", vehicle("b", 1, ROUTE + '<stop lane="top0A0_0"/>'), "1 have stops"),
+        ("person", "warning", '<person id="p" depart="1"/>', "1 are persons"),
+        ("container", "warning", '<container id="p" depart="1"/>', "1 are containers"),
+        ("stops", "warning", vehicle("b", 1, ROUTE + '<stop lane="top0A0_0"/>'), "1 have stops"),
         ("parameters", "note", vehicle("b", 1, ROUTE + '<param key="k" value="v"/>'), "parameters"),
         ("route-part", "note", vehicle("b", 1, attributes='departEdge="1"'), "within their route"),
-        ("device", "note", '<rerouter id="r" edges="top0A0"/>', "1 definitions that act"),
+        ("rerouter", "warning", '<rerouter id="r" edges="top0A0"/>', "1 are rerouters"),
+        ("calibrator", "warning", '<calibrator id="r" edge="top0A0"/>', "1 are calibrators"),
+        ("speed-sign", "warning", '<variableSpeedSign id="r" lanes="top0A0_0"/>', "1 are signs"),
+        ("rerouting-device", "warning", with_device("rerouting"), "(rerouting), which is switched"),
+        ("taxi-device", "warning", with_device("taxi"), "(taxi), which is switched off"),
+        ("driving-device", "warning", with_device("glosa"), "1 have devices that change how"),
     ],
     ids=lambda value: value if isinstance(value, str) and value.replace("-", "").isalpha() else "",
 )

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from xml.etree.ElementTree import Element, tostring
 
+from dmil.demand.sumo.acting import switches, without_acting
 from dmil.demand.sumo.entry import Entry
 from dmil.network.permissions import ALL_CLASSES, OLD_NAMES, Classes
 
 DEFAULT_TYPE = "DEFAULT_VEHTYPE"
 GAP_M = 2.5
+MOST_SCALE = 1000
+"""More is a slip of the pen."""
 CLASS_LENGTH_M = {
     "private": 5.0,
     "emergency": 6.5,
@@ -50,12 +53,18 @@ class VehicleType:
         Those whose permissions it has; of a distribution all, and none for ``ignoring``.
     members
         Of a distribution over several classes the types, by id, and their probabilities.
+    scale
+        How often each of its vehicles departs; of a distribution the mean.
+    devices
+        Those that its parameters switch on or off; of a distribution, on if any member has it.
     """
 
     road: bool
     space_m: float
     classes: Classes = frozenset()
     members: tuple[tuple[str, float, VehicleType], ...] = ()
+    scale: float = 1.0
+    devices: Mapping[str, bool] = field(default_factory=dict)
 
 
 _BUILT_IN = {
@@ -93,11 +102,12 @@ class VehicleTypes:
             raise entry.error(
                 "there is another vehicle type of this id", mend="rename or remove one of them"
             )
+        definition = without_acting(entry.element)
         if entry.element.tag == "vType":
             self._types[name] = _type(entry)
         else:
-            self._types[name] = self._distribution(entry)
-        self._definitions.append(_text(entry.element))
+            self._types[name] = self._distribution(entry, definition)
+        self._definitions.append(_text(definition))
 
     def of(self, entry: Entry) -> VehicleType:
         """Return the type that a vehicle or flow names, SUMO's default if it names none.
@@ -119,7 +129,8 @@ class VehicleTypes:
             )
         return found
 
-    def _distribution(self, entry: Entry) -> VehicleType:
+    def _distribution(self, entry: Entry, definition: Element) -> VehicleType:
+        """Read a distribution; in its definition the shares become those of scaled members."""
         members: list[VehicleType] = []
         weights: list[float] = []
         ids: list[str] = []
@@ -143,7 +154,16 @@ class VehicleTypes:
         space_m = (
             sum(w * member.space_m for w, member in zip(weights, members, strict=True)) / total
         )
-        drawn = zip((*ids, *names), weights, members, strict=True)
+        scaled = [w * member.scale for w, member in zip(weights, members, strict=True)]
+        scale = sum(scaled) / total
+        if scale and any(member.scale != 1 for member in members):
+            nested = definition.findall("vType")
+            for child, weight in zip(nested, scaled, strict=False):
+                child.set("probability", repr(weight))
+            if names:
+                definition.set("probabilities", " ".join(map(repr, scaled[len(nested) :])))
+        devices = [(name, on) for member in members for name, on in member.devices.items()]
+        drawn = zip((*ids, *names), scaled, members, strict=True)
         apart = road and len({member.classes for member in members}) > 1
         return VehicleType(
             road,
@@ -151,10 +171,12 @@ class VehicleTypes:
             Classes().union(*(member.classes for member in members)),
             # Bicycles among cars drive as SUMO would let them: with ways of their own.
             tuple(
-                (name, w / total, replace(each, road=True, space_m=space_m))
+                (name, w / sum(scaled), replace(each, road=True, space_m=space_m))
                 for name, w, each in drawn
                 if apart and w
             ),
+            scale=scale,
+            devices=dict(sorted(devices, key=lambda device: device[1])),
         )
 
 
@@ -188,7 +210,14 @@ def _type(entry: Entry) -> VehicleType:
         length_m = entry.number("length", least=0.1)
     gap_m = entry.number("minGap") if entry.get("minGap") is not None else GAP_M
     road = kind in CLASS_LENGTH_M
-    return VehicleType(road, length_m + gap_m, ALL_CLASSES & {kind})
+    scale = entry.number("scale", most=MOST_SCALE) if entry.get("scale") is not None else 1.0
+    return VehicleType(
+        road,
+        length_m + gap_m,
+        ALL_CLASSES & {kind},
+        scale=scale,
+        devices=switches(entry.element),
+    )
 
 
 def _text(element: Element) -> str:

@@ -14,7 +14,13 @@ from dmil.scenarios import Scenario
 from dmil.simulation.measures import Measures
 from dmil.simulation.protocol import Observation
 from dmil.simulation.sumo.accounts import Accounts
-from dmil.simulation.sumo.approaches import FloatArray, Ways, build_ways, count_vehicles
+from dmil.simulation.sumo.approaches import (
+    FloatArray,
+    Ways,
+    build_ways,
+    count_vehicles,
+    rerouted,
+)
 from dmil.simulation.sumo.files import Model, RunFiles, options, run_files, write_routes
 from dmil.simulation.sumo.process import SumoProcess, require_sumo
 from dmil.simulation.sumo.signals import SignalHeads
@@ -56,6 +62,7 @@ class SumoSimulator:
     -----
     ``queue_veh`` are vehicles slower than 0.1 m/s, ``approaching_veh`` others nearer than one
     decision interval in free flow, on the incoming link or within ``detection_m``.
+    Where a vehicle goes is what SUMO says, also if SUMO has sent it elsewhere during the run.
     ``visits`` counts the links before stop lines that vehicles have come to. Emissions
     are those of vehicles that have ended their trip, so until the horizon only of those that have
     arrived; and so is the time loss of the mesoscopic model. Of ``queued_at``, the vehicles outside
@@ -85,6 +92,7 @@ class SumoSimulator:
         self._files: RunFiles
         self._vehicles: Vehicles | None = None
         self._ways: Ways
+        self._ways_of_files: Ways
         self._heads: SignalHeads
         self._accounts: Accounts
         self._seen: FloatArray
@@ -130,9 +138,10 @@ class SumoSimulator:
         process = self._ready_process()
         if vehicles is not self._vehicles:
             self._vehicles = None
-            self._ways = build_ways(self.network, vehicles)
+            self._ways_of_files = build_ways(self.network, vehicles)
             write_routes(process.folder / ROUTES, vehicles, self._files)
             self._vehicles = vehicles
+        self._ways = self._ways_of_files
         process.forget_messages()
         self._queue_veh = np.zeros_like(self._queue_veh)
         output = process.folder / OUTPUT
@@ -148,7 +157,7 @@ class SumoSimulator:
             chosen += self._further_options(self._files)
         process.ask("start", [*chosen, "--tripinfo-output", str(output)])
         self._heads = SignalHeads(self._signals, self._files.signals, self._scenario.timing)
-        self._accounts = Accounts(output, vehicles, self._ways, self._files.begin_s)
+        self._accounts = Accounts(output, vehicles, self._files.begin_s)
         self._seen = np.frombuffer(b"").reshape(5, 0)
         self._time_s = 0
         return self._observe()
@@ -180,8 +189,10 @@ class SumoSimulator:
         where = self._scenario.name
         wanted = checked_phases(phases, self.network, self._signals, self._lowest, where=where)
         orders = self._heads.request(wanted, self._time_s)
-        answer = process.ask("advance", steps, orders.programs, orders.switches)
-        self._seen = np.frombuffer(answer).reshape(5, -1)
+        seen, elsewhere = process.ask("advance", steps, orders.programs, orders.switches)
+        self._seen = np.frombuffer(seen).reshape(5, -1)
+        if elsewhere:
+            self._ways = rerouted(self.network, self._ways, elsewhere)
         self._time_s += steps
         if self._time_s == self.horizon_s:
             self._under_way = self._account()
@@ -200,6 +211,7 @@ class SumoSimulator:
         ended = self._time_s == self.horizon_s
         return self._accounts.measures(
             self._time_s,
+            self._ways,
             self._seen,
             self._under_way if ended else self._account(),
             ended=ended,
