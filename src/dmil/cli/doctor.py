@@ -29,14 +29,30 @@ app = typer.Typer(add_completion=False)
 @app.command(cls=Command)
 def doctor(
     files: Annotated[
-        list[str],
+        list[str] | None,
         typer.Argument(
-            metavar="FILES",
+            metavar="[FILES]",
             help="A .sumocfg; or a .net.xml with its route files; or a folder of CityFlow's; or "
             "the name of a scenario.",
             show_default=False,
         ),
-    ],
+    ] = None,
+    roadnet: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Road network in CityFlow's format, whatever it is called.",
+            rich_help_panel=SCENARIO,
+        ),
+    ] = None,
+    flow: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Vehicles in CityFlow's format, on the roads of that network.",
+            rich_help_panel=SCENARIO,
+        ),
+    ] = None,
     begin: Annotated[
         int | None,
         typer.Option(
@@ -129,7 +145,7 @@ def doctor(
     were in their way, so real loads are somewhat higher.
     """
     case = read_case(
-        files,
+        [*(files or ()), *(str(file) for file in (roadnet, flow) if file)],
         begin_s=begin,
         horizon_s=steps,
         phases=_one_of(Phases, phases, "--phases"),

@@ -26,7 +26,7 @@ from dmil.cli.configuration import (
     with_tables,
     without,
 )
-from dmil.cli.options import Config, Debug, Json, PrintConfig
+from dmil.cli.options import Config, Debug, Json, PrintConfig, Trust
 from dmil.cli.terminal import print_json
 from dmil.controllers.variants import read_options
 from dmil.errors import InputError
@@ -176,7 +176,7 @@ def settings_command(
         def command(**given: Any) -> None:
             file, print_config = given.pop("config"), given.pop("print_config")
             json = given.pop("json")
-            del given["debug"]
+            del given["debug"], given["trust"]  # the command line as a whole has been asked
             settings = _settings(kind, options, given, file)
             if print_config:
                 text = as_toml(complete(settings), f"Parameters of: dmil {name}")
@@ -184,7 +184,13 @@ def settings_command(
                 return
             function(settings, json)
 
-        shared = {"config": Config, "print_config": PrintConfig, "json": Json, "debug": Debug}
+        shared = {
+            "trust": Trust,
+            "config": Config,
+            "print_config": PrintConfig,
+            "json": Json,
+            "debug": Debug,
+        }
         annotations = {option.name: option.annotation(kind) for option in options} | shared
         defaults = {"print_config": False, "json": False, "debug": False}
         signature = inspect.Signature(

@@ -86,7 +86,7 @@ def sort_arguments(arguments: Sequence[str]) -> Given | SumoFilesGiven:
         if not Path(only).is_file() and not _looks_like_a_file(only):
             return Given(only)
     paths = [Path(each) for each in arguments]
-    if paths and all(path.suffix == ".json" for path in paths):
+    if paths and all(path.suffix == ".json" or _begins_with(path, b"[", b"{") for path in paths):
         return _cityflow(paths)
     return _sumo(paths)
 
@@ -107,10 +107,10 @@ def _cityflow(paths: list[Path]) -> Given:
     return Given(network=networks[0], flow=lists[0] if lists else None)
 
 
-def _begins_with(path: Path, letter: bytes) -> bool:
+def _begins_with(path: Path, *letters: bytes) -> bool:
     try:
         with path.open("rb") as file:
-            return file.read(256).lstrip(b"\xef\xbb\xbf \t\r\n").startswith(letter)
+            return file.read(256).lstrip(b"\xef\xbb\xbf \t\r\n").startswith(letters)
     except OSError:
         return False  # the reader will say what is wrong
 
