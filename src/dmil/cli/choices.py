@@ -88,6 +88,8 @@ SCENARIO_OPTIONS = (
     Option("routing", "--routing", "Scenario", "sumo|mesoscopic|free-flow"),
     Option("horizon_s", "--steps", "Scenario"),
     Option("load", "--load", "Scenario"),
+    Option("resample", "--resample", "Scenario"),
+    Option("resample_shift_s", "--resample-shift", "Scenario"),
     Option("calibration", "--calibration", "Scenario", "FILE"),
     *DEMAND_OPTIONS,
     Option("timing.decision_interval_s", "--decision-interval", _SIGNALS),
@@ -181,6 +183,8 @@ class ControllerChoice(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _named(cls, value: Any) -> Any:
+        if isinstance(value, dict) and ":" not in str(value.get("name", ":")):
+            return value | {"name": str(value["name"]).lower()}
         return _named(value) if isinstance(value, str) else value
 
     @property

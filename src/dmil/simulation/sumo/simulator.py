@@ -15,6 +15,7 @@ from dmil.simulation.measures import Measures
 from dmil.simulation.protocol import Observation
 from dmil.simulation.sumo.accounts import Accounts
 from dmil.simulation.sumo.approaches import FloatArray, Ways, build_ways, count_vehicles
+from dmil.simulation.sumo.crossings import Crossings
 from dmil.simulation.sumo.files import Model, RunFiles, options, run_files, write_routes
 from dmil.simulation.sumo.process import SumoProcess, require_sumo
 from dmil.simulation.sumo.signals import SignalHeads
@@ -87,6 +88,7 @@ class SumoSimulator:
         self._ways: Ways
         self._heads: SignalHeads
         self._accounts: Accounts
+        self._crossings: Crossings
         self._seen: FloatArray
         self._under_way: FloatArray
         self._queue_veh = np.zeros(self._signals.unsignalled.shape, np.int32)
@@ -149,6 +151,7 @@ class SumoSimulator:
         process.ask("start", [*chosen, "--tripinfo-output", str(output)])
         self._heads = SignalHeads(self._signals, self._files.signals, self._scenario.timing)
         self._accounts = Accounts(output, vehicles, self._ways, self._files.begin_s)
+        self._crossings = Crossings(self._ways)
         self._seen = np.frombuffer(b"").reshape(5, 0)
         self._time_s = 0
         return self._observe()
@@ -187,6 +190,12 @@ class SumoSimulator:
             self._under_way = self._account()
             process.ask("close")  # only then SUMO writes about vehicles that have not arrived
         return self._observe()
+
+    def passed_veh(self) -> npt.NDArray[np.int64]:
+        """Return how many vehicles have crossed each intersection's stop lines; see `Simulator`."""
+        self._running()
+        intersections, _, movements = self._signals.served.shape
+        return self._crossings.counted(intersections, movements)
 
     def measures(self) -> Measures:
         """Return what has been measured since the last reset.
@@ -236,6 +245,7 @@ class SumoSimulator:
 
     def _observe(self) -> Observation:
         heads = self._heads
+        self._crossings.see(self._seen)
         queue, approaching, halting = count_vehicles(
             self._ways,
             self._seen,
