@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -83,6 +83,7 @@ SCENARIO_OPTIONS = (
     Option("flow", "--flow", "Scenario", "FILE"),
     Option("net", "--net", "Scenario", "FILE"),
     Option("routes", "--routes", "Scenario", "FILE,FILE"),
+    Option("additional", "--additional", "Scenario", "FILE,FILE"),
     Option("begin_s", "--begin", "Scenario"),
     Option("phases", "--phases", "Scenario", "program|derived"),
     Option("routing", "--routing", "Scenario", "sumo|mesoscopic|free-flow"),
@@ -247,6 +248,34 @@ def recipe_of(settings: ScenarioRecipe) -> ScenarioRecipe:
     """Return the scenario's part of a command's settings (ours)."""
     names = settings.model_fields_set & set(ScenarioRecipe.model_fields)
     return ScenarioRecipe(**{name: getattr(settings, name) for name in names})
+
+
+def files_as_settings(files: Sequence[str]) -> dict[str, Any]:
+    """Return which parts of a scenario the files are that stand behind a command (ours).
+
+    Parameters
+    ----------
+    files
+        See `dmil.doctor.read_case`.
+
+    Raises
+    ------
+    InputError
+        If they are not what makes a scenario.
+    """
+    from dmil.doctor.arguments import SumoFilesGiven, sort_arguments
+
+    given = sort_arguments(files)
+    if isinstance(given, SumoFilesGiven):
+        if given.configuration is not None:
+            named = given.name or f"sumo:{given.configuration}"
+            return {"scenario": named}
+        found = {"net": given.network, "routes": given.routes, "additional": given.additional}
+    elif given.name:
+        return {"scenario": f"cityflow:{given.name}" if given.network else given.name}
+    else:
+        found = {"roadnet": given.network, "flow": given.flow}
+    return {name: value for name, value in found.items() if value}
 
 
 def complete_scenario(settings: ScenarioRecipe) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from dmil.cli.choices import (
     SimulatorChoice,
     complete_scenario,
     controller_options,
+    files_as_settings,
     with_scenario_of,
 )
 from dmil.cli.contenders import contenders_of
@@ -121,7 +122,9 @@ def _complete(settings: EvaluateParameters) -> EvaluateParameters:
 
 
 @app.command(cls=Command)
-@settings_command("evaluate", EvaluateParameters, OPTIONS, complete=_complete)
+@settings_command(
+    "evaluate", EvaluateParameters, OPTIONS, complete=_complete, files=files_as_settings
+)
 def evaluate(settings: EvaluateParameters, json: bool) -> None:
     """Compare controllers and trained policies on the same vehicles.
 
@@ -231,7 +234,7 @@ def _write_report(
     from dmil.doctor import examine, read_case
     from dmil.reports.comparison_page import write_comparison
 
-    files = (recipe.roadnet, recipe.flow, recipe.net, *recipe.routes)
+    files = (recipe.roadnet, recipe.flow, recipe.net, *recipe.routes, *recipe.additional)
     with waiting("writing the report"):
         case = read_case(
             [recipe.scenario] if recipe.scenario else [str(file) for file in files if file],

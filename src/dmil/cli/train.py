@@ -18,6 +18,7 @@ from dmil.cli.choices import (
     SimulatorChoice,
     complete_scenario,
     controller_options,
+    files_as_settings,
     recipe_of,
 )
 from dmil.cli.help import Command
@@ -99,7 +100,7 @@ def _complete(settings: TrainParameters) -> TrainParameters:
 
 
 @app.command(cls=Command)
-@settings_command("train", TrainParameters, OPTIONS, complete=_complete)
+@settings_command("train", TrainParameters, OPTIONS, complete=_complete, files=files_as_settings)
 def train(settings: TrainParameters, json: bool) -> None:
     """Train a controller and save its policy to a file.
 

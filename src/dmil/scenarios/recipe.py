@@ -109,6 +109,9 @@ class ScenarioRecipe(BaseModel):
     routes: tuple[Path, ...] = Field(
         (), description="SUMO's route files (.rou.xml) on that network: vehicles, trips, flows."
     )
+    additional: tuple[Path, ...] = Field(
+        (), description="SUMO's additional files (.add.xml) beside network and routes."
+    )
     begin_s: int | None = Field(
         None,
         ge=0,
@@ -222,12 +225,13 @@ class ScenarioRecipe(BaseModel):
             given += [name for name in others if getattr(self, name) is not None]
         if given == ["net", "routes"] and self.net:
             return sumo_scenario(
-                SumoConfiguration(self.net, self.routes),
+                SumoConfiguration(self.net, self.routes, self.additional),
                 begin_s=self.begin_s,
                 horizon_s=self.horizon_s,
                 phases=self.phases or "program",
                 routing=self.routing,
             )
+        given += ["additional"] if self.additional else []
         raise InputError(
             f"only {given[0]}" if len(given) == 1 else " and ".join(given) or "none is given",
             where="scenario",

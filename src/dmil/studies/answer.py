@@ -28,7 +28,7 @@ def answer(found: Comparison) -> str:
         The comparison.
     """
     if found.withheld:
-        return f"Which to use is not answered: {found.withheld}"
+        return "Which to use is not answered: the comparison is not fair, so none is preferred."
     values = found.measures[METRIC].mean(axis=0)
     usable = [
         i
@@ -100,13 +100,13 @@ def _shown(found: Comparison, usable: list[int], plan: int | None) -> str:
     assert difference is not None, "the best one is in the comparison"
     level = [i for i in usable if i == best or difference.low[i] <= 0]
     names = [found.labels[i] for i in level]
-    where = ", on this one recorded day (--resample tries others)" if found.same_demand else ""
+    where = " On this one recorded day, that is: --resample tries others." * found.same_demand
     if plan in level:
         others = [found.labels[i] for i in level if i != plan]
         if others:
             verb = "are" if len(others) > 1 else "is"
-            return f"Nothing is shown to beat your plan{where}: {_listed(others)} {verb} level."
-        return f"Keep your plan: it has less delay than all others{where}."
+            return f"Nothing is shown to beat your plan: {_listed(others)} {verb} level.{where}"
+        return f"Keep your plan: it has less delay than all others.{where}"
     value = found.measures[METRIC].mean(axis=0)[best]
     gain = ""
     if plan is not None:
@@ -115,14 +115,14 @@ def _shown(found: Comparison, usable: list[int], plan: int | None) -> str:
         low, high = sorted((-cut.low[best], -cut.high[best]))
         gain = f", {-cut.value[best]:.1f} s [{low:.1f}, {high:.1f}] less than your plan"
     if len(level) == 1:
-        return f"Use {names[0]}: it has the least delay{where}, {value:.1f} s per vehicle{gain}."
+        return f"Use {names[0]}: it has the least delay, {value:.1f} s per vehicle{gain}.{where}"
     rules = [name for name in names if _is_rule(name)]
     simple = ""
     if rules and len(rules) < len(names):
         simple = f" Of these {rules[0]} is the simplest: it learns nothing."
     return (
-        f"{_listed(names)} are level{where}: the least delay, {value:.1f} s per vehicle{gain}, and "
-        f"no difference between them is shown.{simple}"
+        f"{_listed(names)} are level: the least delay, {value:.1f} s per vehicle{gain}, and no "
+        f"difference between them is shown.{simple}{where}"
     )
 
 

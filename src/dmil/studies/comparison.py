@@ -106,7 +106,7 @@ class Comparison:
         (label, seed) to the junctions that locked in that run, the first to lock first; runs
         without such are missing.
     withheld: str
-        Why no verdict may be drawn from the differences, empty if one may.
+        Why no differences are taken; empty if they are.
     """
 
     labels: list[str]
@@ -133,7 +133,7 @@ class Comparison:
         return self._of_this_day(estimate)
 
     def difference(self, measure: str, reference: str | None = None) -> Estimate | None:
-        """Return the paired difference to a reference, None if that is not here (ours).
+        """Return the paired difference to a reference, None if there is none (ours).
 
         Parameters
         ----------
@@ -143,7 +143,7 @@ class Comparison:
             Label of another contender than the comparison's own reference.
         """
         label = reference or self.reference
-        if label not in self.labels:
+        if self.withheld or label not in self.labels:
             return None
         values = self.measures[measure]
         estimate = paired_difference(

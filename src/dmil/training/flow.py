@@ -14,7 +14,7 @@ from dmil.scenarios import Scenario
 from dmil.simulation import Measures, Observation, Simulator
 
 WINDOW_S = 300
-"""So long an intersection must stand still: longer than any cycle."""
+"""At least so long an intersection stands still: longer than any cycle."""
 SHARE = 0.2
 """It stands still if fewer cross it than this share of what another controller lets through."""
 
@@ -118,10 +118,10 @@ class FlowRecorder:
 def locks(flows: Sequence[Flow]) -> list[tuple[Lock, ...]]:
     """Tell which intersections locked in which runs (ours).
 
-    An intersection is locked if from some second to the end of the run vehicles wait before it at
-    every decision, and in every stretch of `WINDOW_S` nobody crosses it, or less than `SHARE` of
-    those that cross it in the same stretch under another controller. Where there are only more
-    vehicles than the signals can serve, queues stay as well, but people go on crossing.
+    An intersection is locked from some second on if vehicles wait before it at every decision until
+    the end of the run, and nobody crosses it, or less than `SHARE` of those that cross it under
+    another controller, both in the `WINDOW_S` that follow and until the end. Where there are only
+    more vehicles than the signals can serve, queues stay as well, but people go on crossing.
 
     Parameters
     ----------
@@ -139,15 +139,22 @@ def locks(flows: Sequence[Flow]) -> list[tuple[Lock, ...]]:
     if time_s.size <= steps:
         return [() for _ in flows]
     passed = np.stack([flow.passed_veh for flow in flows])
-    crossed = passed[:, steps:] - passed[:, :-steps]
-    empty = np.cumsum(np.stack([flow.queue_veh for flow in flows]) == 0, axis=1)
-    empty = np.pad(empty, ((0, 0), (1, 0), (0, 0)))
-    waiting = empty[:, steps + 1 :] == empty[:, : -steps - 1]
-    still = waiting & ((crossed == 0) | (crossed < SHARE * crossed.max(axis=0)))
-    to_the_end = np.logical_and.accumulate(still[:, ::-1], axis=1)[:, ::-1]
+    starts = slice(0, time_s.size - steps)
+    until_end, in_window = passed[:, -1:] - passed[:, starts], passed[:, steps:] - passed[:, starts]
+    nobody_waits = np.stack([flow.queue_veh for flow in flows]) == 0
+    # Where nobody waited for the last time; what begins after that has a queue to the end.
+    emptied = np.cumsum(nobody_waits[:, ::-1], axis=1)[:, ::-1][:, starts]
+    locked = (emptied == 0) & _stands_still(in_window) & _stands_still(until_end)
     found = []
-    for each in to_the_end:
-        locked = np.flatnonzero(each[-1])
-        since = [Lock(int(i), int(time_s[np.argmax(each[:, i])])) for i in locked]
+    for each in locked:
+        since = [
+            Lock(int(i), int(time_s[np.argmax(each[:, i])])) for i in np.flatnonzero(each.any(0))
+        ]
         found.append(tuple(sorted(since, key=lambda lock: (lock.since_s, lock.intersection))))
     return found
+
+
+def _stands_still(crossed: npt.NDArray[np.int32]) -> npt.NDArray[np.bool_]:
+    """Compare (controllers, stretches, intersections) crossings over the controllers."""
+    still: npt.NDArray[np.bool_] = (crossed == 0) | (crossed < SHARE * crossed.max(axis=0))
+    return still
