@@ -13,6 +13,7 @@ from dmil.cli.doctor_tables import intersection_text
 from dmil.cli.doctor_text import demand_text, findings_text, network_text
 from dmil.cli.help import Command
 from dmil.cli.options import OUTPUT, Debug, Json
+from dmil.cli.parameters import split
 from dmil.cli.terminal import print_json, say, show
 from dmil.doctor import Diagnosis, Finding, IntersectionFacts, examine, read_case
 from dmil.errors import InputError
@@ -35,6 +36,26 @@ def doctor(
             help="A .sumocfg; or a .net.xml with its route files; or a folder of CityFlow's; or "
             "the name of a scenario.",
             show_default=False,
+        ),
+    ] = None,
+    scenario: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="The same as a name among FILES.", rich_help_panel=SCENARIO
+        ),
+    ] = None,
+    net: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE", help="The same as a network among FILES.", rich_help_panel=SCENARIO
+        ),
+    ] = None,
+    routes: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE,FILE",
+            help="The same as route files among FILES.",
+            rich_help_panel=SCENARIO,
         ),
     ] = None,
     roadnet: Annotated[
@@ -144,8 +165,10 @@ def doctor(
     From 100 % on queues grow under every controller. Vehicles that give way count as if nobody
     were in their way, so real loads are somewhat higher.
     """
+    named = [each for each in (scenario, net) if each] + split(routes or "")
+    named += [str(file) for file in (roadnet, flow) if file]
     case = read_case(
-        [*(files or ()), *(str(file) for file in (roadnet, flow) if file)],
+        [*(files or ()), *named],
         begin_s=begin,
         horizon_s=steps,
         phases=_one_of(Phases, phases, "--phases"),

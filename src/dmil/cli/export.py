@@ -19,6 +19,7 @@ from dmil.cli.choices import (
     built,
     complete_scenario,
     controller_options,
+    files_as_settings,
     policy_from,
     with_scenario_of,
 )
@@ -90,7 +91,7 @@ def _complete(settings: ExportParameters) -> ExportParameters:
 
 
 @app.command(cls=Command)
-@settings_command("export", ExportParameters, OPTIONS, complete=_complete)
+@settings_command("export", ExportParameters, OPTIONS, complete=_complete, files=files_as_settings)
 def export(settings: ExportParameters, json: bool) -> None:
     """Write what a controller did as signal programs for SUMO, and as a table of signal events.
 

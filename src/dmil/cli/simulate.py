@@ -23,6 +23,7 @@ from dmil.cli.choices import (
     built,
     complete_scenario,
     controller_options,
+    files_as_settings,
     policy_from,
     with_scenario_of,
 )
@@ -89,7 +90,9 @@ def _complete(settings: SimulateParameters) -> SimulateParameters:
 
 
 @app.command(cls=Command)
-@settings_command("simulate", SimulateParameters, OPTIONS, complete=_complete)
+@settings_command(
+    "simulate", SimulateParameters, OPTIONS, complete=_complete, files=files_as_settings
+)
 def simulate(settings: SimulateParameters, json: bool) -> None:
     """Run one controller on one scenario and print what was measured.
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from dmil.errors import InputError
 from dmil.network.xml_file import XmlWalk
 from dmil.scenarios.cityflow import find_cityflow_files
+from dmil.scenarios.names import kind_of, plain
 from dmil.scenarios.resco import PREFIX, find_resco_configuration
 from dmil.scenarios.sumo_configuration import ROOTS, read_sumo_configuration
 
@@ -16,7 +17,6 @@ EXPECTED = (
     "the name of a scenario, a .sumocfg, a .net.xml with its route files, or a folder or files of "
     "CityFlow"
 )
-_SUMO = "sumo:"
 _DRIVES = {"vehicle", "trip", "flow", "person", "personFlow", "route", "routeDistribution"}
 _FURTHER = {
     *("vType", "vTypeDistribution", "tlLogic", "WAUT", "wautJunction", "include", "location"),
@@ -77,10 +77,12 @@ def sort_arguments(arguments: Sequence[str]) -> Given | SumoFilesGiven:
     """
     if len(arguments) == 1:
         only = arguments[0]
-        if only.startswith(PREFIX) and not Path(only).exists():
-            return _configured(find_resco_configuration(only), only)
-        if only.startswith(_SUMO) and len(only) > len(_SUMO):
-            return _configured(Path(only.removeprefix(_SUMO)), only)
+        name = plain(only)
+        if name.startswith(PREFIX) and not Path(only).exists():
+            return _configured(find_resco_configuration(name), name)
+        kind, rest = kind_of(only)
+        if kind == "sumo" and rest:
+            return _configured(Path(rest), only)
         if Path(only).is_dir():
             return Given(only, *find_cityflow_files(only))
         if not Path(only).is_file() and not _looks_like_a_file(only):
@@ -92,7 +94,7 @@ def sort_arguments(arguments: Sequence[str]) -> Given | SumoFilesGiven:
 
 
 def _looks_like_a_file(text: str) -> bool:
-    return ":" not in text and ("/" in text or "." in text)
+    return not kind_of(text)[0] and any(mark in text for mark in "/\\.")
 
 
 def _cityflow(paths: list[Path]) -> Given:

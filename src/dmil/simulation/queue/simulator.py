@@ -130,6 +130,14 @@ class QueueSimulator:
         self._interval_s = steps
         return self._observe()
 
+    def passed_veh(self) -> npt.NDArray[np.int64]:
+        """Return how many vehicles have left the queues of every intersection; see `Simulator`."""
+        trips = self._trips
+        place = np.arange(trips.slots.size)
+        gone = place < np.repeat(self.state.visit, np.diff(trips.slot_offset))
+        intersections, _, movements = self._layout.signals.served.shape
+        return np.bincount(trips.slots[gone] // movements, minlength=intersections)
+
     def measures(self) -> Measures:
         """Return what has been measured since the last reset."""
         state, trips = self.state, self._trips

@@ -21,6 +21,7 @@ from dmil.simulation.sumo.approaches import (
     count_vehicles,
     rerouted,
 )
+from dmil.simulation.sumo.crossings import Crossings
 from dmil.simulation.sumo.files import Model, RunFiles, options, run_files, write_routes
 from dmil.simulation.sumo.process import SumoProcess, require_sumo
 from dmil.simulation.sumo.signals import SignalHeads
@@ -95,6 +96,7 @@ class SumoSimulator:
         self._ways_of_files: Ways
         self._heads: SignalHeads
         self._accounts: Accounts
+        self._crossings: Crossings
         self._seen: FloatArray
         self._under_way: FloatArray
         self._queue_veh = np.zeros(self._signals.unsignalled.shape, np.int32)
@@ -158,6 +160,7 @@ class SumoSimulator:
         process.ask("start", [*chosen, "--tripinfo-output", str(output)])
         self._heads = SignalHeads(self._signals, self._files.signals, self._scenario.timing)
         self._accounts = Accounts(output, vehicles, self._files.begin_s)
+        self._crossings = Crossings(len(vehicles))
         self._seen = np.frombuffer(b"").reshape(5, 0)
         self._time_s = 0
         return self._observe()
@@ -198,6 +201,12 @@ class SumoSimulator:
             self._under_way = self._account()
             process.ask("close")  # only then SUMO writes about vehicles that have not arrived
         return self._observe()
+
+    def passed_veh(self) -> npt.NDArray[np.int64]:
+        """Return how many vehicles have crossed each intersection's stop lines; see `Simulator`."""
+        self._running()
+        intersections, _, movements = self._signals.served.shape
+        return self._crossings.counted(self._ways, intersections, movements)
 
     def measures(self) -> Measures:
         """Return what has been measured since the last reset.
@@ -248,6 +257,7 @@ class SumoSimulator:
 
     def _observe(self) -> Observation:
         heads = self._heads
+        self._crossings.see(self._ways, self._seen)
         queue, approaching, halting = count_vehicles(
             self._ways,
             self._seen,
