@@ -142,7 +142,7 @@ def _read(file: NetFile, vehicles: ClassCounts | None, *, derive: bool) -> SumoN
         fringe=tuple(node for node in nodes.position_m if node not in nodes.connections),
         position_m=nodes.position_m,
         junctions=tuple(
-            Junction(node, ways_at(connections, file.edges, vehicles).movements)
+            _junction(node, connections, file, vehicles)
             for node, connections in nodes.connections.items()
             if node not in controlled
         ),
@@ -158,6 +158,14 @@ def _permissions(file: NetFile) -> Permissions:
         lanes = ways.setdefault((way.from_edge, way.to_edge), {})
         lanes[way.lane] = lanes.get(way.lane, Classes()) | way.permitted
     return Permissions({edge.id: edge.permitted for edge in file.edges.values()}, ways)
+
+
+def _junction(
+    node: str, connections: list[Connection], file: NetFile, vehicles: ClassCounts | None
+) -> Junction:
+    ways = ways_at(connections, file.edges, vehicles)
+    foes = gives_way(ways, file, "", ("",))
+    return Junction(node, ways.movements, foes if any(foes) else ())
 
 
 def _intersection(
