@@ -97,7 +97,8 @@ def junctions_that_hold(network: RoadNetwork, *, storage: bool) -> tuple[Junctio
         for each in ways:
             leaving.setdefault(each.from_link, set()).update(each.lanes)
         narrow = any(
-            len(lanes) < (fed[name] or links[index[name]].open_lanes) for name, lanes in leaving.items()
+            len(lanes) < (fed[name] or links[index[name]].open_lanes)
+            for name, lanes in leaving.items()
         ) or any(len(each.lanes) > links[index[each.to_link]].lanes for each in ways)
         shared = sum(len(each.lanes) for each in ways) > sum(map(len, leaving.values()))
         if ways and (any(junction.gives_way) or narrow or (storage and shared)):
