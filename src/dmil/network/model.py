@@ -189,7 +189,7 @@ class Intersection:
 
 @dataclass(frozen=True, slots=True)
 class Junction:
-    """A node without signals: vehicles cross it freely, nobody controls it (ours).
+    """A node without signals: nobody controls it (ours).
 
     Parameters
     ----------
@@ -197,10 +197,13 @@ class Junction:
         Node id.
     movements
         The ways across it.
+    gives_way
+        For every movement the movements that it yields to; empty if nobody does.
     """
 
     id: str
     movements: tuple[Movement, ...]
+    gives_way: tuple[tuple[int, ...], ...] = ()
 
 
 @dataclass(frozen=True)

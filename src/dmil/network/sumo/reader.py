@@ -140,7 +140,7 @@ def _read(file: NetFile, vehicles: ClassCounts | None, *, derive: bool) -> SumoN
         fringe=tuple(node for node in nodes.position_m if node not in nodes.connections),
         position_m=nodes.position_m,
         junctions=tuple(
-            Junction(node, ways_at(connections, file.edges, vehicles).movements)
+            _junction(node, connections, file, vehicles)
             for node, connections in nodes.connections.items()
             if node not in controlled
         ),
@@ -148,6 +148,14 @@ def _read(file: NetFile, vehicles: ClassCounts | None, *, derive: bool) -> SumoN
     )
     check_network(network, where=path)
     return SumoNetwork(Path(path), network, tuple(signals), tuple(remarks), file, derive)
+
+
+def _junction(
+    node: str, connections: list[Connection], file: NetFile, vehicles: ClassCounts | None
+) -> Junction:
+    ways = ways_at(connections, file.edges, vehicles)
+    foes = gives_way(ways, file, "", ("",))
+    return Junction(node, ways.movements, foes if any(foes) else ())
 
 
 def _intersection(

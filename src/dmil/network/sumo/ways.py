@@ -155,7 +155,7 @@ def gives_way(
     file
         The file.
     signal
-        The controller.
+        The controller; empty at a junction without.
     states
         All states that it can show.
 
@@ -163,10 +163,11 @@ def gives_way(
     -------
     tuple of tuple
         For every movement the others. Nobody yields in a circle: where the matrix has one, only
-        those who yield to more others yield to those who yield to fewer.
+        those who yield to more others yield to those who yield to fewer; without a controller
+        two may yield to each other, which take turns.
     """
     shown = {
-        (way.junction, way.row): way.letter if way.signal == signal else None
+        (way.junction, way.row): way.letter if way.signal and way.signal == signal else None
         for group in ways.driven
         for way in group
     }
@@ -183,7 +184,15 @@ def gives_way(
         yields[i].add(j)
     reaches = [_reached(i, yields) for i in range(len(yields))]
     return tuple(
-        tuple(sorted(k for k in foes if i not in reaches[k] or len(foes) > len(yields[k])))
+        tuple(
+            sorted(
+                k
+                for k in foes
+                if (not signal and i in yields[k])
+                or i not in reaches[k]
+                or len(foes) > len(yields[k])
+            )
+        )
         for i, foes in enumerate(yields)
     )
 

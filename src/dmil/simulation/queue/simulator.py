@@ -179,13 +179,14 @@ class QueueSimulator:
     def _observe(self) -> Observation:
         state = self.state
         time_s = int(state.counters[TIME])
+        signalled = state.phase.size  # controllers see no queues without signals
         return Observation(
-            queue_veh=state.standing_veh.copy(),
-            approaching_veh=state.approaching_veh.copy(),
+            queue_veh=state.standing_veh[:signalled].copy(),
+            approaching_veh=state.approaching_veh[:signalled].copy(),
             phase=state.phase.copy(),
             phase_elapsed_s=np.maximum(time_s - state.green_from_s, 0),
             time_s=time_s,
-            waiting_veh=state.waiting_steps / max(self._interval_s, 1),
+            waiting_veh=state.waiting_steps[:signalled] / max(self._interval_s, 1),
         )
 
     def _checked(self, phases: npt.NDArray[np.integer]) -> npt.NDArray[np.int32]:
