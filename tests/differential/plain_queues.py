@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from math import floor, inf
 
+from dmil.scenarios import signal_times
 from dmil.simulation.queue.gaps import IN_TURN_S, LONGEST_GAP_S, gap_of, in_turn
 
 
@@ -34,6 +35,7 @@ class PlainQueues:
 
     def __init__(self, scenario, vehicles):
         self.network, self.rules = scenario.network, scenario.timing
+        self.times = signal_times(scenario.timing, scenario.network)
         self.now = self.overruled = self.visits = self.waiting_steps = self.blocked = 0
         self.outside_steps = self.stops = self.yielded = self.impatient = 0
         self.gap_wait = scenario.dynamics.gap_wait_s
@@ -85,19 +87,22 @@ class PlainQueues:
     def decide(self, wanted):
         """Change the lights as far as the rules allow."""
         self.waited_at.clear()
-        for node, light, phase in zip(self.network.intersections, self.lights, wanted, strict=True):
-            green_s, longest_s = self.now - light.green_from, self.rules.max_green_s
-            first = light.shown is None
+        nodes = zip(self.network.intersections, self.lights, wanted, strict=True)
+        for i, (node, light, phase) in enumerate(nodes):
+            green_s, first, before = self.now - light.green_from, light.shown is None, light.shown
+            longest_s = 0 if first else self.times.max_green_s[i][before]
             if phase == light.shown:
                 if not longest_s or green_s < longest_s or len(node.phases) == 1:
                     continue
                 self.overruled += 1
                 phase = (phase + 1) % len(node.phases)
-            elif not first and green_s < self.rules.min_green_s:
+            elif not first and green_s < self.times.min_green_s[i][before]:
                 self.overruled += 1
                 continue
             light.shown = phase
-            light.green_from = self.now + (0 if first else self.rules.clearance_s)
+            light.green_from = self.now + (
+                0 if first else int(self.times.clearance_s[i][before][phase])
+            )
             had_green, light.go_from = light.go_from, {}
             for j in node.phases[phase]:
                 light.go_from[j] = had_green.get(j, light.green_from + self.rules.startup_lost_s)

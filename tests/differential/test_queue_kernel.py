@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from dmil.demand import PoissonDemand
-from dmil.network import Junction, check_network, grid
-from dmil.scenarios import QueueDynamics, Scenario, SignalTiming
+from dmil.network import Junction, Program, Stage, check_network, grid
+from dmil.scenarios import PLAN, QueueDynamics, Scenario, SignalTiming
 from dmil.seeding import stream
 from dmil.simulation import QueueSimulator
 from dmil.simulation.queue import kernel
@@ -53,6 +53,9 @@ def make_case(tee, mixed_network, varied, wander):
             max_green_s=int(rng.choice([0, 25, 40])),
             startup_lost_s=int(rng.choice([0, 0, 1, 3])),
         )
+        if rng.random() < 0.4:
+            network = with_programs(network, rng)
+            timing = timing.model_copy(update=PLAN)
         dynamics = QueueDynamics(
             saturation_flow_veh_per_s=float(rng.choice([1 / 3, 0.5, 0.7, 1, 1.5, 2])),
             storage=bool(rng.random() < 0.5),
@@ -86,6 +89,26 @@ def without_some_signals(network, rng):
         junctions.append(Junction(node.id, node.movements, tuple(tuple(sorted(f)) for f in foes)))
     left = tuple(node for node in network.intersections if node not in taken)
     return replace(network, intersections=left, junctions=tuple(junctions))
+
+
+def with_programs(network, rng):
+    """Give every intersection a plan whose greens and clearances differ."""
+
+    def stages(phases):
+        for p in rng.permutation(len(phases)):
+            least_s = int(rng.integers(2, 15))
+            longest_s = int(rng.choice([0, least_s + 10]))
+            yield Stage(20, phases[p], min_s=least_s, max_s=longest_s or None)
+            for yellow in (phases[p], frozenset()):
+                yield Stage(int(rng.integers(1, 5)), frozenset(), True, yellow=yellow)
+
+    return replace(
+        network,
+        intersections=tuple(
+            replace(item, program=Program(tuple(stages(item.phases))))
+            for item in network.intersections
+        ),
+    )
 
 
 def drawn_phases(network, shown, rng):
@@ -147,7 +170,9 @@ def test_every_step_is_that_of_the_plain_twin(name, make_case):
             wanted = drawn_phases(network, state.phase, rng)
             twin.decide(wanted.tolist())
         # Without a decision nobody is overruled.
-        now = rules_of(rules) if decides else rules_of(rules)._replace(max_green_s=0)
+        now = rules_of(rules, network)
+        if not decides:
+            now = now._replace(max_green_s=np.zeros_like(now.max_green_s))
         kernel.advance(layout, trips, state, wanted, 1, now)
         twin.step()
         assert_same_state(state, twin)
@@ -219,11 +244,12 @@ def test_the_cases_meet_every_rule(make_case):
         exits = scenario.network.exit_links
         met["out of the network"] += sum(car.route[-1] in exits for car in arrived)
         met["parked"] += sum(car.route[-1] not in exits for car in arrived)
-        met["clearance"] += scenario.timing.clearance_s > 0
+        met["clearance"] += bool(scenario.timing.clearance_s)
+        met["clearance of the plan"] += scenario.timing.clearance_s is None
         met["start-up"] += scenario.timing.startup_lost_s > 0
         met["several per step"] += twin.headway < 1
         met["a part per step"] += twin.headway > 1
         met["steps"] += scenario.horizon_s
-    assert len(met) == 17
+    assert len(met) == 18
     assert min(met.values()) >= 10, dict(met)
     assert met["steps"] > 5000

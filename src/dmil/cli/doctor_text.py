@@ -20,6 +20,7 @@ from dmil.cli.doctor_tables import (
     percent,
     short,
 )
+from dmil.cli.measures import own_or_s
 from dmil.cli.terminal import entries
 from dmil.doctor import Diagnosis, Finding
 from dmil.doctor.kind import Severity
@@ -105,7 +106,7 @@ def demand_text(diagnosis: Diagnosis) -> Iterator[RenderableType]:
                 f"{traffic.signals_passed:.1f} in the mean",
                 "run": f"{_time(case.begin_s)} to {_time(case.begin_s + case.horizon_s)}; a "
                 f"decision every {case.timing.decision_interval_s} s, clearance "
-                f"{case.timing.clearance_s} s",
+                f"{own_or_s(case.timing.clearance_s)}",
                 "can it be served?": _verdict(diagnosis),
             }
         )

@@ -31,6 +31,7 @@ from dmil.cli.evaluate_table import (
     comparison_table,
     ranking_table,
 )
+from dmil.cli.fairness import unfair
 from dmil.cli.help import Command
 from dmil.cli.parameters import Option, settings_command
 from dmil.cli.terminal import print_json, progress, results, say, show, waiting
@@ -176,7 +177,7 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
             )
     except KeyboardInterrupt:
         raise StoppedError("nothing is kept of a comparison") from None
-    found = found.ranked(METRIC)
+    found = replace(found.ranked(METRIC), withheld=unfair(scenario, found.labels))
     notes = notes_of(settings, found, scenario, _others(recipe, policies, settings))
     seed_text = f"{len(seeds)} seeds" if len(seeds) > 1 else f"seed {seeds[0]}"
     about = (f"{scenario.horizon_s} s", seed_text, f"simulator: {settings.simulator}")
@@ -188,7 +189,10 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
         files = {"report": settings.report, "csv": settings.csv}
         print_json(as_json(found, scenario, notes) | files)
         return
-    show(f"{scenario.name}, {scenario.horizon_s} s, {seed_text}", "", answer(found), "")
+    show(f"{scenario.name}, {scenario.horizon_s} s, {seed_text}", "")
+    if found.withheld:
+        show(found.withheld, "")
+    show(answer(found), "")
     for note in locked_notes(found):
         show(note, "")
     show(ranking_table(found, next(each for each in SHOWN if each.name == METRIC)), "")
@@ -246,4 +250,5 @@ def _write_report(
         )
         if recipe.demand != DemandChanges() or recipe.ties is not None:
             case = replace(case, demand=scenario.demand)
+        case = replace(case, timing=scenario.timing)
         write_comparison(path, found, examine(case), title=scenario.name, about=about, notes=notes)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import polars as pl
 
 from dmil.cli.evaluate_table import DIFFERENCES
-from dmil.cli.measures import UNFINISHED
+from dmil.cli.measures import UNFINISHED, own_or_s
 from dmil.controllers import CONTROLLERS
 from dmil.demand import CityflowDemand, ResampledDemand, SumoDemand
 from dmil.files import write_atomically
@@ -80,8 +80,8 @@ def notes_of(
         notes.append(f"Learners: {f'learning, ε = {epsilon}' if settings.learn else frozen}.")
     timing = scenario.timing
     notes.append(
-        f"Decisions every {timing.decision_interval_s} s, clearance {timing.clearance_s} s, "
-        f"minimum green {timing.min_green_s} s."
+        f"Decisions every {timing.decision_interval_s} s, clearance "
+        f"{own_or_s(timing.clearance_s)}, minimum green {own_or_s(timing.min_green_s)}."
     )
     return notes
 
@@ -152,6 +152,7 @@ def as_json(found: Comparison, scenario: Scenario, notes: list[str]) -> dict[str
         "horizon_s": scenario.horizon_s,
         "seeds": list(found.seeds),
         "same_demand": found.same_demand,
+        "withheld": found.withheld or None,
         "answer": answer(found),
         "controllers": [
             {

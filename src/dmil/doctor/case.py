@@ -27,6 +27,7 @@ from dmil.network.sumo.net_file import read_net_file
 from dmil.network.sumo.net_records import NetFile
 from dmil.network.sumo.reader import Phases
 from dmil.scenarios import (
+    PLAN,
     QueueDynamics,
     Scenario,
     SignalTiming,
@@ -38,7 +39,6 @@ from dmil.scenarios import (
 )
 from dmil.scenarios.cityflow import DECISION_INTERVAL_S as CITYFLOW_INTERVAL_S
 from dmil.scenarios.sumo import (
-    CLEARANCE_S,
     DECISION_INTERVAL_S,
     SATURATION_FLOW_VEH_PER_S,
 )
@@ -201,7 +201,7 @@ def _roadnet_case(path: Path) -> Case:
         network=network,
         lines=lines_of(network),
         demand=None,
-        timing=SignalTiming(decision_interval_s=CITYFLOW_INTERVAL_S),
+        timing=SignalTiming(decision_interval_s=CITYFLOW_INTERVAL_S, **PLAN),
         dynamics=QueueDynamics(saturation_flow_veh_per_s=SATURATION_FLOW_VEH_PER_S, storage=True),
         begin_s=0,
         horizon_s=NO_DEMAND_HORIZON_S,
@@ -226,7 +226,7 @@ def _sumo_case(
         network=roads.network,
         lines=lines_of(roads.network, {edge.id: edge.shape for edge in file.edges.values()}),
         demand=None,
-        timing=SignalTiming(decision_interval_s=DECISION_INTERVAL_S, clearance_s=CLEARANCE_S),
+        timing=SignalTiming(decision_interval_s=DECISION_INTERVAL_S, **PLAN),
         dynamics=QueueDynamics(saturation_flow_veh_per_s=SATURATION_FLOW_VEH_PER_S, storage=True),
         begin_s=start_s,
         horizon_s=horizon_s or NO_DEMAND_HORIZON_S,

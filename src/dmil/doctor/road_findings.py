@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator
 
 from dmil.doctor.case import Case, SumoFacts
 from dmil.doctor.findings import Finding, finding
 from dmil.doctor.kind import Severity
 from dmil.network import Intersection, Remark, RoadNetwork
+from dmil.scenarios.fairness import advantages
 
 LONGEST_CYCLE_S = 180.0
 
@@ -27,6 +27,9 @@ def on_roads(case: Case) -> Iterator[Finding]:
             yield finding("left-hand-traffic", "network", "lefthand is true")
     for item in case.network.intersections:
         yield from _on_program(case, item)
+    for found in advantages(case.timing, case.network):
+        item = case.network.intersections[found.intersection]
+        yield finding("clearance-cut", f"intersection {item.id}", f"under a controller {found}")
     yield from _on_links(case)
 
 
@@ -86,15 +89,6 @@ def _on_program(case: Case, item: Intersection) -> Iterator[Finding]:
             place,
             f"its program clears for {item.clearance_s:g} s, decisions are every "
             f"{timing.decision_interval_s} s",
-        )
-    elif item.clearance_s > timing.clearance_s:
-        yield finding(
-            "clearance-cut",
-            place,
-            f"its program clears for {item.clearance_s:g} s, the scenario for "
-            f"{timing.clearance_s} s",
-            mend=f"Give --clearance {math.ceil(item.clearance_s)}"
-            + (f" --all-red {math.ceil(all_red_s)}." if all_red_s else "."),
         )
     if all_red_s:
         yield finding("all-red", place, f"all is red for up to {all_red_s:g} s")

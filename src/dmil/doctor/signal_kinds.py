@@ -20,7 +20,8 @@ SIGNAL_KINDS = {
     "missing-yellow": Kind(
         "warning",
         "A green turns red at once. Under the own program SUMO's vehicles brake hard or drive over "
-        "red; where a controller decides, the scenario's clearance stands between two phases.",
+        "red; where a controller decides, the longest clearance of the plan stands between two "
+        "phases, or 3 s of yellow.",
         "Put a stage with y between them.",
     ),
     "empty-stage": Kind(
@@ -66,14 +67,16 @@ SIGNAL_KINDS = {
     "clearance-beyond-interval": Kind(
         "warning",
         "Between two phases the own program clears for at least as long as the interval between "
-        "two decisions; a clearance of that length would leave no green.",
+        "two decisions; a controller then waits for more than one decision until it sees a green.",
         "Choose a longer --decision-interval.",
     ),
     "clearance-cut": Kind(
-        "note",
-        "The own program clears for longer than the scenario's timing does. Controllers then "
-        "change faster than the plan may, which flatters them.",
-        "Give the longer time with --clearance, and its last part as --all-red.",
+        "warning",
+        "Controllers clear for less time than the own program does, or may end a green sooner. "
+        "They then change faster than the plan may, which flatters them: a comparison with the "
+        "plan says nothing.",
+        "Leave out --clearance, --all-red and --min-green: then controllers keep each plan's own "
+        "times. The RESCO benchmark's protocol has 3 s for all; give its files by path instead.",
     ),
     "mixed-stage": Kind(
         "note",
@@ -83,9 +86,9 @@ SIGNAL_KINDS = {
     ),
     "all-red": Kind(
         "note",
-        "The own program has stages in which all is red. They are understood as clearance; under "
-        "a controller the scenario's timing decides how long all is red.",
-        "Give the same times with --clearance and --all-red.",
+        "The own program has stages in which all is red. They are understood as clearance; a "
+        "controller keeps the same times.",
+        "Nothing.",
     ),
     "pedestrian-stage": Kind(
         "note",

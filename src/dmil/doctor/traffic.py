@@ -11,6 +11,7 @@ from dmil.demand import Demand, SumoDemand, Vehicles
 from dmil.doctor.case import Case
 from dmil.doctor.load import Load, Stream, load_of
 from dmil.network.permissions import Classes
+from dmil.scenarios import lost_s
 from dmil.seeding import stream as random_stream
 
 IntArray = npt.NDArray[np.integer]
@@ -184,6 +185,7 @@ def _loads(
     windows, lasting_s = _windows(case.horizon_s)
     classes = _classes(case) or [Classes()]
     window = (time_s // PEAK_S).astype(np.int64)
+    clearance_s = (lost_s(case.timing, case.network) - case.timing.startup_lost_s).tolist()
     loads = []
     for i, item in enumerate(case.network.intersections):
         mine = (intersection == i) & (window < windows)
@@ -198,7 +200,7 @@ def _loads(
         flow /= lasting_s[:, None]
         busiest = flow[int(flow.sum(axis=1).argmax())]
         saturation_veh_per_s = case.dynamics.saturation_flow_veh_per_s
-        loads.append(load_of(item, busiest, saturation_veh_per_s, case.timing.clearance_s, streams))
+        loads.append(load_of(item, busiest, saturation_veh_per_s, clearance_s[i], streams))
     return tuple(loads)
 
 

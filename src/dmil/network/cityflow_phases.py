@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from dmil.network.cityflow_geometry import Segments, cross
-from dmil.network.model import Movement, Program, Stage, Turn
+from dmil.network.model import Movement, Turn
+from dmil.network.program import Program, Stage
 
 YELLOW_S = 6.0
 """Longest yellow; so long is none for which a movement first gets green (MUTCD 4F.17: 3 to 6 s)."""

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.network.permissions import Classes, Permissions
+from dmil.network.program import Program
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 Turn = Literal["right", "straight", "left", "uturn"]
@@ -87,48 +88,22 @@ class Movement:
 
 
 @dataclass(frozen=True, slots=True)
-class Stage:
-    """One step of a fixed-time program (ours).
+class Walk:
+    """A crossing of pedestrians under an intersection's signals (ours).
 
     Parameters
     ----------
-    duration_s
-        How long it lasts.
-    green
-        Local indices of the movements that may go, unsignalled ones left out; none or fewer during
-        a clearance.
-    clearance
-        Whether it is yellow or all-red between two phases, even if somebody still has green.
+    phases
+        Those that it goes with.
+    least_s
+        Shortest green of its pedestrians.
+    clear_s
+        Time from the end of that until vehicles may cross their way.
     """
 
-    duration_s: float
-    green: frozenset[int]
-    clearance: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Program:
-    """The fixed-time plan that a network's file has for an intersection (ours).
-
-    Parameters
-    ----------
-    stages
-        In order, clearance included; they repeat for ever.
-    offset_s
-        A time at which the cycle begins: at time t it stands at (t − offset_s) modulo its length.
-    adaptive
-        Whether SUMO makes the greens longer or shorter with the traffic (an actuated program); the
-        queue simulator shows them as long as the file says.
-    """
-
-    stages: tuple[Stage, ...]
-    offset_s: float = 0.0
-    adaptive: bool = False
-
-    @property
-    def cycle_s(self) -> float:
-        """Duration of all stages."""
-        return sum(stage.duration_s for stage in self.stages)
+    phases: frozenset[int]
+    least_s: int
+    clear_s: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,6 +138,8 @@ class Intersection:
         be empty. Nobody yields in a circle.
     conflicts
         Pairs (i, j), i < j, of movements whose paths cross; may be empty where not known.
+    walks
+        Crossings of pedestrians.
     """
 
     id: str
@@ -175,6 +152,7 @@ class Intersection:
     clearance_s: float = 0.0
     gives_way: tuple[tuple[int, ...], ...] = ()
     conflicts: frozenset[tuple[int, int]] = frozenset()
+    walks: tuple[Walk, ...] = ()
 
     @property
     def planned_green_s(self) -> dict[int, float]:

@@ -86,7 +86,9 @@ def write_comparison(
             ranking=ranking,
             spread=[] if found.one_day or len(found.seeds) == 1 else _spread(found),
             answers=_answers(found),
-            reference=found.reference if found.reference in found.labels else None,
+            reference=found.reference
+            if found.reference in found.labels and not found.withheld
+            else None,
             columns=columns,
             rows=_rows(found, columns),
             findings=[each for each in diagnosis.findings if each.severity != "note"],

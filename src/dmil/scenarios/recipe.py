@@ -22,12 +22,12 @@ from dmil.scenarios.model import (
     LONGEST_RUN_S,
     QueueDynamics,
     Scenario,
-    SignalTiming,
 )
 from dmil.scenarios.registry import scenario, with_load
 from dmil.scenarios.sumo import sumo_scenario
 from dmil.scenarios.sumo_configuration import SumoConfiguration
 from dmil.scenarios.sumo_files import Routing
+from dmil.scenarios.timing import SignalTiming
 
 LONGEST_LINK_S = 3600.0
 """Longest time on a grid's link: an hour."""

@@ -12,13 +12,13 @@ from dmil.demand.sumo.routing import routed_by_sumo, sumo_is_installed, with_rem
 from dmil.errors import InputError
 from dmil.network.sumo import read_sumo_network
 from dmil.network.sumo.reader import Phases, driven_by
-from dmil.scenarios.model import QueueDynamics, Scenario, SignalTiming
+from dmil.scenarios.model import QueueDynamics, Scenario
 from dmil.scenarios.sumo_configuration import SumoConfiguration, read_sumo_configuration
 from dmil.scenarios.sumo_files import Routing, SumoFiles
+from dmil.scenarios.timing import PLAN, SignalTiming
 
 DECISION_INTERVAL_S = 10
-CLEARANCE_S = 3
-"""Both as in the RESCO benchmark."""
+"""As in the RESCO benchmark."""
 SATURATION_FLOW_VEH_PER_S = 0.5
 HORIZON_ROUNDED_TO_S = 600
 
@@ -34,7 +34,7 @@ def sumo_scenario(
     dynamics: QueueDynamics | None = None,
     name: str | None = None,
 ) -> Scenario:
-    """Build a scenario from SUMO's network and route files (ours; timing: RESCO).
+    """Build a scenario from SUMO's network and route files (ours; decision interval: RESCO).
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def sumo_scenario(
         time, since SUMO moves queues instead of single vehicles. ``"free-flow"``: the fastest
         without traffic. If not given, ``"sumo"`` where it is installed.
     timing
-        Signal timing; if not given, decisions every 10 s and 3 s of clearance.
+        Signal timing; if not given, decisions every 10 s, clearance and greens as each plan says.
     dynamics
         Queue dynamics; if not given 0.5 vehicles per second and lane, finite storage, and the
         vehicles' mean length and gap as their space.
@@ -117,8 +117,7 @@ def sumo_scenario(
         name=name or f"sumo:{roads.network.name}",
         network=roads.network,
         demand=demand,
-        timing=timing
-        or SignalTiming(decision_interval_s=DECISION_INTERVAL_S, clearance_s=CLEARANCE_S),
+        timing=timing or SignalTiming(decision_interval_s=DECISION_INTERVAL_S, **PLAN),
         dynamics=dynamics
         or QueueDynamics(
             saturation_flow_veh_per_s=SATURATION_FLOW_VEH_PER_S,

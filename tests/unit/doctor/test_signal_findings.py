@@ -9,6 +9,7 @@ import pytest
 from dmil.doctor import examine, read_case
 from dmil.doctor.road_findings import LONGEST_CYCLE_S
 from dmil.network import Program, Stage
+from dmil.scenarios import SignalTiming
 from tests.unit.doctor.conftest import (
     CLEAR_EW,
     CLEAR_NS,
@@ -51,7 +52,6 @@ SECOND += '<phase duration="3" state="{}"/></tlLogic>'
             "warning",
             "clears for 11 s, decisions are every 10 s",
         ),
-        ((*PROGRAM, (2, ALL_RED)), "clearance-cut", "note", "for 5 s, the scenario for 3 s"),
         ((*PROGRAM, (2, ALL_RED)), "all-red", "note", "up to 2 s"),
         (
             ((30, NS), (3, "yyyGrryyyrrr"), (30, EW), (3, CLEAR_EW)),
@@ -90,13 +90,17 @@ def test_the_longest_cycle_is_no_finding_yet(doctor, with_states):
     assert "long-cycle" not in kinds(doctor(with_states(*stages)))
 
 
-def test_clearance_is_mended_with_the_options_of_the_command(doctor, with_states):
-    (found,) = of_kind(doctor(with_states(*PROGRAM, (2, ALL_RED))), "clearance-cut")
-    assert found.mend == "Give --clearance 5 --all-red 2."
-    (found,) = of_kind(
-        doctor(with_states((30, NS), (4, CLEAR_NS), (30, EW), (4, CLEAR_EW))), "clearance-cut"
-    )
-    assert found.mend == "Give --clearance 4."
+def test_controllers_that_clear_for_less_than_the_plan_are_a_warning(with_states):
+    case = read_case([str(with_states(*PROGRAM, (2, ALL_RED)))])
+    assert "clearance-cut" not in kinds(examine(case))
+    hasty = replace(case, timing=SignalTiming(clearance_s=3))
+    found = of_kind(examine(hasty), "clearance-cut")
+    assert {each.severity for each in found} == {"warning"}
+    assert [each.what for each in found] == [
+        "under a controller clearance 3 s, 5 s in its plan",
+        "under a controller all-red 0 s, 2 s in its plan",
+    ]
+    assert "--clearance" in found[0].mend
 
 
 def test_lanes_of_one_movement_that_merge_are_a_warning():

@@ -12,6 +12,7 @@ import pytest
 from dmil.errors import DemandError, InputError, MissingExtraError, UnknownNameError
 from dmil.network.sumo.writer import sumo_program
 from dmil.scenarios import (
+    PLAN,
     QueueDynamics,
     SignalTiming,
     SumoConfiguration,
@@ -146,11 +147,11 @@ def test_a_missing_file_is_named(folder):
         sumo_scenario(written(folder, SHORT))
 
 
-def test_a_scenario_has_the_settings_of_resco(folder):
+def test_a_scenario_decides_as_in_resco_and_keeps_the_times_of_its_plans(folder):
     path = written(folder, LONG)
     made = sumo_scenario(path)
     assert (made.name, scenario(f"sumo:{path}").name) == ("sumo:x", f"sumo:{path}")
-    assert made.timing == SignalTiming(decision_interval_s=10, clearance_s=3)
+    assert made.timing == SignalTiming(decision_interval_s=10, **PLAN)
     space_m = round((8 * 5 + 4 * 7.5) / 12, 3)
     assert made.dynamics == QueueDynamics(
         saturation_flow_veh_per_s=0.5, storage=True, vehicle_space_m=space_m
@@ -231,7 +232,7 @@ def test_a_recipe_of_files(folder):
     given = {"net": folder / "x.net.xml", "routes": (folder / "b c.rou.xml.gz",)}
     recipe = ScenarioRecipe(**given, begin_s=25200, horizon_s=60, phases="program", load=2.0)
     made = ScenarioRecipe.model_validate_json(recipe.model_dump_json()).build()
-    assert (made.name, made.horizon_s, made.timing.clearance_s) == ("sumo:x", 60, 3)
+    assert (made.name, made.horizon_s, made.timing.clearance_s) == ("sumo:x", 60, None)
     departures = made.demand.vehicles(made.network, 60, stream(0)).depart_s.tolist()
     assert departures == [0, 0, 25, 25, 50, 50]
     for wrong in ({"net": given["net"]}, {"routes": given["routes"]}, given | {"flow": "f.json"}):
@@ -255,6 +256,7 @@ def test_the_scenarios_of_resco(name):
     vehicles = made.demand.vehicles(made.network, made.horizon_s, stream(0))
     intersections, count, space_m = RESCO[name]
     assert (made.name, made.horizon_s, len(vehicles)) == (name, 3600, count)
+    assert made.timing == SignalTiming(decision_interval_s=10, clearance_s=3)
     assert len(made.network.intersections) == intersections
     assert made.dynamics.vehicle_space_m == space_m
     assert vehicles.dropped == 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from dmil.errors import MissingExtraError, NetworkError
 from dmil.network.permissions import ALL_CLASSES, MOTOR_CLASSES, Classes, Permissions, permitted
-from dmil.network.sumo.net_records import Connection, Edge, NetFile, Point
+from dmil.network.sumo.net_records import Connection, Crossing, Edge, NetFile, Point
 from dmil.network.sumo.signal_programs import SignalPrograms
 from dmil.network.xml_file import XmlWalk
 
@@ -69,6 +69,7 @@ def read_net_file(
             name: guard.junction_type.get(name, "") for name in letters if name not in signals
         },
         added_programs_xml=guard.programs.added_xml,
+        crossings=tuple(guard.crossings(net)),
     )
 
 
@@ -86,6 +87,9 @@ class _Guard:
     logic: Element | None = None
     foes: dict[tuple[str, int], frozenset[int]] = field(default_factory=dict)
     response: dict[tuple[str, int], frozenset[int]] = field(default_factory=dict)
+    _crossing: str = ""
+    _length_m: dict[str, float] = field(default_factory=dict)
+    _signalled: list[tuple[str, str, int]] = field(default_factory=list)
     permitted: dict[str, Classes] = field(default_factory=dict)
     """By lane, and by connection, which is named like its two lanes."""
 
@@ -117,6 +121,18 @@ class _Guard:
         except (ValueError, OverflowError, AttributeError, TypeError) as cause:
             raise self._error(name, given, f"it cannot be understood ({cause})") from None
 
+    def crossings(self, net: Any) -> Iterator[Crossing]:
+        """Return the crossings that controllers stop; their rows follow those of all ways."""
+        for edge, signal, letter in self._signalled:
+            junction, _, number = edge[1:].rpartition("_c")
+            lanes = (
+                _lane(net, lane, junction, self.path)
+                for lane in self.lanes_into[junction]
+                if not lane.startswith(":")
+            )
+            ways = sum(len(lane.getOutgoing()) for lane in lanes)
+            yield Crossing(signal, letter, junction, ways + int(number), self._length_m[edge])
+
     def end(self, name: str) -> None:
         if name == "tlLogic" and self.logic is not None:
             self.programs.define(self.logic, self.walk.place if self.walk else self.path)
@@ -124,6 +140,13 @@ class _Guard:
         self.reader.endElement(name)
 
     def _prepare(self, name: str, attributes: dict[str, str]) -> None:
+        if name == "edge":
+            self._crossing = attributes["id"] if attributes.get("function") == "crossing" else ""
+        elif name == "lane" and self._crossing:
+            self._length_m[self._crossing] = float(attributes["length"])
+        elif name == "connection" and "tl" in attributes and attributes["to"] in self._length_m:
+            letter = int(attributes["linkIndex"])
+            self._signalled.append((attributes["to"], attributes["tl"], letter))
         if name == "lane":
             self.permitted[attributes["id"]] = _permitted(attributes)
         elif name == "connection":

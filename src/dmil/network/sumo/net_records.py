@@ -58,12 +58,39 @@ class Connection:
 
 
 @dataclass(frozen=True, slots=True)
+class Crossing:
+    """A crossing of pedestrians under a controller (ours).
+
+    Parameters
+    ----------
+    signal, letter
+        Controller, and index into its state strings.
+    junction, row
+        Where it is, and its row in that junction's matrix of right of way.
+    length_m
+        How far pedestrians walk.
+    """
+
+    signal: str
+    letter: int
+    junction: str
+    row: int
+    length_m: float
+
+
+@dataclass(frozen=True, slots=True)
 class Stage:
-    """One ``<phase>`` (ours); ``after`` names the stages that may follow, empty: the next one."""
+    """One ``<phase>`` (ours).
+
+    ``after`` names the stages that may follow, empty: the next one. ``min_s`` and ``max_s`` are its
+    limits, None where the file gives none.
+    """
 
     duration_s: float
     state: str
     after: tuple[int, ...]
+    min_s: float | None = None
+    max_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,6 +146,8 @@ class NetFile:
         name: SUMO works out what they show, as at a rail crossing.
     added_programs_xml
         Programs and timetables of additional files, as XML elements without a root element.
+    crossings
+        Those of pedestrians that a controller stops.
     """
 
     path: str
@@ -131,3 +160,4 @@ class NetFile:
     response: dict[tuple[str, int], frozenset[int]]
     foreign: dict[str, str]
     added_programs_xml: str
+    crossings: tuple[Crossing, ...] = ()

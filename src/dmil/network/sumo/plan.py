@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from dmil.network.model import Program, Stage
+from dmil.network.program import Program, Stage
 from dmil.network.sumo.cliques import conflict_free_phases
 from dmil.network.sumo.net_records import Logic
 from dmil.network.sumo.signal_programs import OFF
@@ -124,14 +124,24 @@ def plan_of(logic: Logic, ways: Ways, links: Links, conflicts: Pairs, *, derive:
         unsignalled = open_ | always if free else open_
         first: dict[frozenset[int], str] = {}
         for state in actions:
-            first.setdefault(served(state) - unsignalled, state)
+            shown = first.setdefault(served(state) - unsignalled, state)
+            if _with_more_others(state, shown, links):
+                first[served(state) - unsignalled] = state
         added = frozenset(range(len(links))) - unsignalled - frozenset().union(*first)
         for phase in _without_conflict(ways, conflicts, unsignalled, need=added):
             shown = actions[0].replace("G", "g")
             first[phase] = _state(phase, every, shown, keep=unsignalled)
         phases, strings, derived = tuple(first), tuple(first.values()), False
     stages = tuple(
-        Stage(stage.duration_s, served(stage.state) - unsignalled, stage.state not in actions)
+        Stage(
+            stage.duration_s,
+            served(stage.state) - unsignalled,
+            stage.state not in actions,
+            yellow=going(stage.state, links, "y"),
+            others=others_go(stage.state, links),
+            min_s=stage.min_s,
+            max_s=stage.max_s,
+        )
         for stage in logic.stages
         if stage.duration_s > 0
     )
@@ -146,6 +156,13 @@ def plan_of(logic: Logic, ways: Ways, links: Links, conflicts: Pairs, *, derive:
         added,
         derived,
     )
+
+
+def _with_more_others(state: str, shown: str, links: Links) -> bool:
+    """Whether two states are the same for vehicles, and more pedestrians go in the first."""
+    mine = {k for own in links for k in own}
+    alike = all(state[k] == shown[k] for k in mine)
+    return alike and sum(map(state.count, "Gg")) > sum(map(shown.count, "Gg"))
 
 
 def _derived(

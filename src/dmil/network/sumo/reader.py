@@ -23,6 +23,7 @@ from dmil.network.sumo.net_records import Connection, Logic, NetFile, Point
 from dmil.network.sumo.plan import plan_of
 from dmil.network.sumo.records import Remark, SumoNetwork, SumoSignals
 from dmil.network.sumo.suspicions import remarks_on
+from dmil.network.sumo.walks import crossings_of, walk_of
 from dmil.network.sumo.ways import crossing, gives_way, letters_of, ways_at
 
 Phases = Literal["program", "derived"]
@@ -168,6 +169,7 @@ def _intersection(
 ) -> tuple[Intersection, SumoSignals, list[Remark]]:
     ways = ways_at(connections, file.edges, vehicles)
     links = letters_of(ways.driven, logic.id)
+    crossings = crossings_of(logic.id, file)
     conflicts, complete = crossing(ways, file)
     plan = plan_of(logic, ways, links, conflicts, derive=derive)
     remarks = list(remarks_on(logic, ways, links, plan, file))
@@ -194,8 +196,10 @@ def _intersection(
             ways, file, logic.id, (*plan.states, *(stage.state for stage in logic.stages))
         ),
         conflicts=conflicts,
+        walks=tuple(walk_of(each, logic, plan, links, file) for each in crossings),
     )
-    return intersection, SumoSignals(logic.id, plan.states, links), remarks
+    letters = tuple(each.letter for each in crossings)
+    return intersection, SumoSignals(logic.id, plan.states, links, letters), remarks
 
 
 @dataclass(slots=True, init=False)

@@ -82,11 +82,14 @@ class SumoSignals:
     links
         For every movement its indices into these strings, of the lanes that vehicles use; none if
         no signal controls it.
+    crossings
+        For every crossing of pedestrians its index into these strings.
     """
 
     id: str
     states: tuple[str, ...]
     links: tuple[tuple[int, ...], ...]
+    crossings: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -199,7 +199,8 @@ def _stage(element: Element) -> Stage:
     else:
         duration_s = float(given["duration"])
     after = tuple(int(each) for each in given.get("next", "").split())
-    return Stage(duration_s, given["state"], after)
+    limits = (float(given[name]) if name in given else None for name in ("minDur", "maxDur"))
+    return Stage(duration_s, given["state"], after, *limits)
 
 
 def _time_s(text: str) -> float:

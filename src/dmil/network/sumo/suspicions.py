@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations
 
+from dmil.network.sumo.conflicts import clashing, foes_of
 from dmil.network.sumo.net_records import Logic, NetFile
 from dmil.network.sumo.plan import NO_SEQUENCE, Links, Plan, going, is_action, others_go
 from dmil.network.sumo.records import Remark
@@ -129,21 +129,9 @@ def _on_stages(logic: Logic, links: Links, place: str) -> Iterator[Remark]:
 
 
 def _on_greens(logic: Logic, ways: Ways, file: NetFile, place: str) -> Iterator[Remark]:
-    rows = {
-        (way.junction, way.row): way
-        for group in ways.connections
-        for way in group
-        if way.signal == logic.id
-    }
-    pairs = [
-        (one, other)
-        for (key, one), (key_, other) in combinations(rows.items(), 2)
-        if key[0] == key_[0] and key_[1] in file.foes.get(key, ())
-    ]
+    pairs = foes_of(logic.id, file, (way for group in ways.connections for way in group))
     for state in dict.fromkeys(stage.state for stage in logic.stages):
-        clash = [
-            (one, other) for one, other in pairs if state[one.letter] == state[other.letter] == "G"
-        ]
+        clash = clashing(state, pairs)
         if clash:
             one, other = clash[0]
             more = f", and {len(clash) - 1} more pairs" if len(clash) > 1 else ""

@@ -315,7 +315,8 @@ def _must_yield(
             if not layout.turns[place] and state.soonest_s[foe] < time_s + layout.gap_s[slot]:
                 return True
     ahead_since_s = max(state.ready_s[lane], float(state.joined_s[vehicle]))
-    if ahead_since_s + layout.gap_wait_s[0] <= time_s:
+    # 1e-9: seven headways of 1 / 0.7 s are ten seconds.
+    if ahead_since_s + layout.gap_wait_s[0] <= time_s + 1e-9:
         return False
     orientations = state.queue_veh.shape[1]
     for place in range(first, last):

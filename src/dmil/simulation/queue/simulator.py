@@ -45,7 +45,7 @@ class QueueSimulator:
         self._layout = build_layout(scenario)
         has_program = np.diff(self._layout.programs.offset) > 0
         self._lowest = np.where(has_program, PROGRAM, 0).astype(np.int32)
-        self._rules = rules_of(scenario.timing)
+        self._rules = rules_of(scenario.timing, scenario.network)
         self._vehicles: Vehicles | None = None
         self._trips: Trips
         self._free_leg_s: npt.NDArray[np.int32]

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from dmil.demand import Vehicles
 from dmil.errors import InputError
 from dmil.network import RoadNetwork
-from dmil.scenarios import Scenario
+from dmil.scenarios import Scenario, signal_times
 from dmil.simulation.measures import Measures
 from dmil.simulation.protocol import Observation
 from dmil.simulation.sumo.accounts import Accounts
@@ -24,7 +24,7 @@ from dmil.simulation.sumo.approaches import (
 from dmil.simulation.sumo.crossings import Crossings
 from dmil.simulation.sumo.files import Model, RunFiles, options, run_files, write_routes
 from dmil.simulation.sumo.process import SumoProcess, require_sumo
-from dmil.simulation.sumo.signals import SignalHeads
+from dmil.simulation.sumo.signals import SignalHeads, walk_ends
 from dmil.simulation.timing import ACTUATED, checked_phases, signals_of
 
 NO_RUN = -1
@@ -158,7 +158,14 @@ class SumoSimulator:
         if self._further_options is not None:
             chosen += self._further_options(self._files)
         process.ask("start", [*chosen, "--tripinfo-output", str(output)])
-        self._heads = SignalHeads(self._signals, self._files.signals, self._scenario.timing)
+        times = signal_times(self._scenario.timing, self.network)
+        self._heads = SignalHeads(
+            self._signals,
+            self._files.signals,
+            times,
+            self.decision_interval_s,
+            walk_ends(self.network, self._files.signals, times),
+        )
         self._accounts = Accounts(output, vehicles, self._files.begin_s)
         self._crossings = Crossings(len(vehicles))
         self._seen = np.frombuffer(b"").reshape(5, 0)
