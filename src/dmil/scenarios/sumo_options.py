@@ -189,7 +189,7 @@ GROUPS = (
         step-method.ballistic extrapolate-departpos lateral-resolution no-internal-links
         ignore-junction-blocker waiting-time-memory startup-wait-threshold sloppy-insert
         eager-insert emergency-insert insertion-checks lanechange.duration lanechange.overtake-right
-        tls.all-off tls.actuated.jam-threshold tls.actuated.detector-length
+        tls.actuated.jam-threshold tls.actuated.detector-length
         tls.delay_based.detector-range tls.yellow.min-decel
         railsignal-moving-block|railsignal.moving-block railsignal.moving-block.default-classes
         railsignal.moving-block.max-dist railsignal.max-block-length railsignal.default-classes
@@ -299,6 +299,7 @@ GROUPS = (
         device.fcd-replay.consistency=all
         """,
     ),
+    Group("noted", "signals are what is controlled here, so they stay on", "tls.all-off=false"),
     Group(
         "noted",
         "the model is chosen by --simulator",

@@ -161,6 +161,7 @@ def test_vehicles_of_additional_files_drive_in_any_order_and_alone(read):
         ('<flow id="x" begin="triggered" number="2" from="a" to="b"/>', "no-fixed-departure", 1),
         ('<trip id="x" depart="5" fromTaz="1" toTaz="2"/>', "zone", 1),
         ('<trip id="x" depart="5" from="W0>0,0"><stop lane="l"/></trip>', "stops-only", 1),
+        ('<trip id="x" depart="5"><stop lane="l"/></trip>', "stops-only", 1),
         (f'{BICYCLE}<trip id="x" type="b" depart="5" from="q" to="q"/>', "no-road-vehicle", 1),
         (f'{BICYCLE}<flow id="x" type="b" end="9" number="4" route="q"/>', "no-road-vehicle", 4),
         ('<trip id="x" type="DEFAULT_BIKETYPE" depart="5" from="q"/>', "no-road-vehicle", 1),

@@ -13,6 +13,7 @@ import pytest
 from dmil.demand import FileDemand
 from dmil.demand.sumo.remarks import TEXTS
 from dmil.doctor import KINDS, examine, kinds_markdown, read_case
+from dmil.doctor.arguments import sort_arguments
 from dmil.doctor.intersections import shape_letter
 from dmil.doctor.load import CYCLE_S, load_of
 from dmil.errors import InputError, NetworkError, UnknownNameError
@@ -338,3 +339,14 @@ def test_shapes_that_are_no_places_reach_no_text(doctor, attached, tmp_path):
     points = [point for line in diagnosis.case.lines.values() for point in line]
     assert np.isfinite(points).all()
     assert [each.name for each in diagnosis.intersections[0].approaches] == ["E", "N", "W", "S"]
+
+
+def test_files_are_told_apart_by_what_is_in_them_where_their_roots_do_not_tell(tmp_path):
+    case = Path(__file__).parents[2] / "cases" / "additional-root"
+    drives = tmp_path / "drives.xml"
+    drives.write_text((case / "b.rou.xml").read_text().replace("routes>", "demand>"))
+    found = sort_arguments([str(case / "g.net.xml"), str(drives), str(case / "b.add.xml")])
+    assert (found.routes, found.additional) == ((drives,), (case / "b.add.xml",))
+    drives.write_text("<demand><nobody/></demand>")
+    with pytest.raises(InputError, match="its root element is <demand>, and nothing in it is"):
+        sort_arguments([str(case / "g.net.xml"), str(drives)])

@@ -172,8 +172,8 @@ class Ways:
             f"{side}{zone}" in entry.element.attrib for side in ("from", "to") for zone in zones
         ):
             return Unusable("zone", "")
-        if start and entry.element.find("stop") is not None:
-            return Unusable("stops-only", start)
+        if entry.element.find("stop") is not None:
+            return Unusable("stops-only", start or "")
         raise entry.error(
             "it has no route" if not (start or end) else f"it has no '{'to' if start else 'from'}'",
             expected="a route, or from and to",
