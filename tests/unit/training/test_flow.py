@@ -85,7 +85,7 @@ def test_a_shared_lane_that_is_never_served_is_named_in_both_simulators(simulato
 def test_three_times_the_demand_is_no_lock_in_either_simulator(simulator):
     pytest.importorskip("libsumo", reason="needs the extra sumo")
     flows, measured = run_all(stuck(load=3.0), simulator, ["program", "fixed-cycle"])
-    assert measured[0].arrived_veh < 0.4 * measured[0].spawned_veh
+    assert measured[0].arrived_veh < 0.65 * measured[0].spawned_veh
     assert (flows[0].queue_veh[30:] > 0).all()
     assert locks(flows) == [(), ()]
 
