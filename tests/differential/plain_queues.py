@@ -10,7 +10,8 @@ from fractions import Fraction
 from math import floor, inf
 
 from dmil.scenarios import signal_times
-from dmil.simulation.queue.gaps import IN_TURN_S, LONGEST_GAP_S, gap_of, in_turn
+from dmil.simulation.queue.gaps import IN_TURN_S, gap_of, in_turn
+from dmil.simulation.queue.right_of_way import LONGEST_GAP_S
 
 
 @dataclass(eq=False)

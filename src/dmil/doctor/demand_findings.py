@@ -45,6 +45,8 @@ def on_demand(
         yield finding(
             "few-pass-signals", "demand", f"{1 - traffic.signalled_share:.0%} of the vehicles"
         )
+    if traffic.giving_way_share > SOME:
+        yield finding("give-way", "demand", f"{traffic.giving_way_share:.0%} of the vehicles")
     lane_veh_per_s = case.dynamics.saturation_flow_veh_per_s
     for link, entries_veh_per_s in zip(case.network.links, traffic.entries_veh_per_s, strict=True):
         lanes = link.open_lanes

@@ -148,6 +148,14 @@ DEMAND_KINDS = {
         "anybody controlling them.",
         "Look at measures of intersections, or leave such trips out.",
     ),
+    "give-way": Kind(
+        "note",
+        "Most vehicles pass a junction without signals where they may have to wait. The queue "
+        "simulator lets them wait there by critical gaps of the HCM, first come, first served at "
+        "all-way stops, and by the lanes that go on; what they lose by braking and turning it does "
+        "not see, so delays there are lower than SUMO's, most of all at merges of fast roads.",
+        "Judge in SUMO (--simulator sumo); differences between controllers suffer less.",
+    ),
     "option-not-used": Kind(
         "note",
         "The configuration has options that could change how vehicles drive and are not used.",

@@ -13,6 +13,7 @@ from dmil.doctor.load import Load, Stream, load_of
 from dmil.network.permissions import Classes
 from dmil.scenarios import lost_s
 from dmil.seeding import stream as random_stream
+from dmil.simulation.queue.gaps import junctions_that_hold
 
 IntArray = npt.NDArray[np.integer]
 FloatArray = npt.NDArray[np.float64]
@@ -44,6 +45,8 @@ class Traffic:
         Mean number of intersections that a vehicle passes.
     signalled_share
         Part of the vehicles that pass one at least.
+    giving_way_share
+        Part of the vehicles that pass a junction without signals where they may have to wait.
     length_m, links, free_flow_s
         Mean length of a route, in metres, in links, and in seconds without any delay.
     crossing
@@ -64,6 +67,7 @@ class Traffic:
     departures: tuple[int, ...]
     signals_passed: float
     signalled_share: float
+    giving_way_share: float
     length_m: float
     links: float
     free_flow_s: float
@@ -110,6 +114,7 @@ def traffic_of(case: Case) -> Traffic | None:
         ),
         signals_passed=float(passed.mean()),
         signalled_share=float((passed > 0).mean()),
+        giving_way_share=_giving_way_share(case, route, owner, count),
         length_m=float(sum(network.links[link].length_m for link in route) / count),
         links=len(route) / count,
         free_flow_s=float(ride_s.sum() / count),
@@ -136,6 +141,14 @@ def traffic_of(case: Case) -> Traffic | None:
 
 def _vehicles(case: Case, demand: Demand, seed: int) -> Vehicles:
     return demand.vehicles(case.network, case.horizon_s, random_stream(seed, "demand"))
+
+
+def _giving_way_share(case: Case, route: IntArray, owner: IntArray, count: int) -> float:
+    held = junctions_that_hold(case.network, storage=False)
+    ids = {junction.id for junction in held}
+    ends = np.array([link.end in ids for link in case.network.links])
+    onward = np.append(owner[:-1] == owner[1:], False)
+    return float(np.unique(owner[ends[route] & onward]).size / count)
 
 
 def _bar_s(horizon_s: int) -> int:

@@ -275,3 +275,17 @@ def test_what_cityflow_drops_is_found(tmp_path):
     assert way.place == "first '[1]' at 'E_in'"
     assert [each.what[:1] for each in of_kind(found, "one-road")] == ["4"]
     assert [each.severity for each in of_kind(found, "ends-first")] == ["warning"]
+
+
+def test_most_vehicles_may_have_to_give_way_without_a_signal(doctor, generate):
+    # Three junctions in a row, the one in the middle without signals.
+    options = ("--grid", "--grid.x-number", "3", "--grid.y-number", "1", "--no-turnarounds")
+    options += ("--grid.attach-length", "100", "--tls.set", "A0,C0")
+    net = generate(*options)
+    through = trip("a", 0, 'from="left0A0" to="C0right0"') + trip(
+        "b", 5, 'from="left0A0" to="B0top1"'
+    )
+    (found,) = of_kind(doctor(net, through), "give-way")
+    assert (found.severity, found.what) == ("note", "100% of the vehicles")
+    beside = "".join(trip(f"c{k}", 9, 'from="left0A0" to="A0top0"') for k in range(2))
+    assert of_kind(doctor(net, through + beside), "give-way") == []

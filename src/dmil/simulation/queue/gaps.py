@@ -15,8 +15,6 @@ FROM_MINOR_S = {
 }
 MERGE_S = (4.98, 2.61)
 IN_TURN_S = (2.9, 3.9)
-LONGEST_GAP_S = 7
-"""No critical gap reaches beyond the whole second after this one."""
 
 
 def in_turn(junction: Junction, j: int, k: int) -> bool:
