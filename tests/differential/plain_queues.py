@@ -18,6 +18,7 @@ from dmil.simulation.queue.right_of_way import LONGEST_GAP_S
 class Car:
     number: int
     route: list[int]
+    kind: int | None
     place: int = 0
     joined: int = 0
     waited: int = 0
@@ -56,9 +57,16 @@ class PlainQueues:
                 chosen = movement.lanes
                 if i >= len(self.lights):
                     chosen = chosen[-self.network.links[onto].lanes :]
-                self.lanes_of[i, j] = [(movement.from_link, k) for k in chosen]
-                for lane in self.lanes_of[i, j]:
-                    self.lanes.setdefault(lane, deque())
+                self.lanes_of[i, j, None] = [(movement.from_link, k) for k in chosen]
+        for i, node in enumerate(self.network.intersections):
+            for j, movement in enumerate(node.movements):
+                for kind, classes in enumerate(scenario.sumo.classes if scenario.sumo else ()):
+                    ways = self.network.permissions.ways[movement.from_link, movement.to_link]
+                    mine = [k for k in sorted(ways) if classes <= ways[k]] or movement.lanes
+                    self.lanes_of[i, j, kind] = [(movement.from_link, k) for k in mine]
+        for lanes in self.lanes_of.values():
+            for lane in lanes:
+                self.lanes.setdefault(lane, deque())
         self.went, self.soonest = {}, {}
         self.short_gaps = self.turns = self.behind = 0
         self.waited_at = defaultdict(int)
@@ -69,7 +77,8 @@ class PlainQueues:
         self.on_link = {number: set() for number in self.time_on}
         self.moving = {number: deque() for number in self.time_on}
         self.outside = {number: deque() for number in self.time_on}
-        self.cars = [Car(v, vehicles.route(v).tolist()) for v in range(len(vehicles))]
+        kinds = [None] * len(vehicles) if vehicles.kind is None else vehicles.kind.tolist()
+        self.cars = [Car(v, vehicles.route(v).tolist(), kind) for v, kind in enumerate(kinds)]
         self.departing = defaultdict(list)
         for car, second in zip(self.cars, vehicles.depart_s.tolist(), strict=True):
             self.departing[second].append(car)
@@ -83,7 +92,7 @@ class PlainQueues:
     def _capacity(self, link, dynamics):
         if not dynamics.storage or link.length_m == 0 or link.end in self.network.fringe:
             return float("inf")
-        return max(1, int(link.length_m * link.lanes / dynamics.vehicle_space_m))
+        return max(1, int(link.length_m * link.open_lanes / dynamics.vehicle_space_m))
 
     def decide(self, wanted):
         """Change the lights as far as the rules allow."""
@@ -213,7 +222,7 @@ class PlainQueues:
         mine = self.first_since(lane), place[1]
         return any(
             (self.first_since(other), foe[1]) < mine
-            for other in self.lanes_of[foe]
+            for other in self.lanes_of[*foe, None]
             if self.lanes[other] and self.place_of(self.lanes[other][0]) == foe
         )
 
@@ -270,7 +279,7 @@ class PlainQueues:
             self.on_link[car.route[-1]].remove(car)
             car.arrived = self.now
             return
-        lanes = self.lanes_of[self.place_of(car)]
+        lanes = self.lanes_of[*self.place_of(car), car.kind]
         self.lanes[min(lanes, key=lambda lane: len(self.lanes[lane]))].append(car)
         car.joined = self.now
         self.visits += not self.is_junction(self.place_of(car))

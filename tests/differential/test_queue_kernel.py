@@ -2,13 +2,16 @@
 
 from collections import defaultdict
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from dmil.demand import PoissonDemand
 from dmil.network import Junction, Program, Stage, check_network, grid
+from dmil.network.permissions import Classes, Permissions
 from dmil.scenarios import PLAN, QueueDynamics, Scenario, SignalTiming
+from dmil.scenarios.sumo_files import SumoFiles
 from dmil.seeding import stream
 from dmil.simulation import QueueSimulator
 from dmil.simulation.queue import kernel
@@ -29,6 +32,8 @@ from dmil.simulation.timing import rules_of
 from tests.differential.plain_queues import PlainQueues
 
 CASES = [f"{network}-{n}" for network in ("grid", "tee", "mixed", "unsignalled") for n in range(24)]
+CASES += [f"classes-{n}" for n in range(12)]
+CAR, BUS = Classes({"passenger"}), Classes({"bus"})
 
 
 @pytest.fixture(scope="module")
@@ -44,6 +49,8 @@ def make_case(tee, mixed_network, varied, wander):
             network = varied(network, rng)
         if kind == "unsignalled":
             network = without_some_signals(varied(grid(2, 3), rng), rng)
+        if kind == "classes":
+            network = with_permissions(network, rng)
         check_network(network)
         interval_s = int(rng.choice([1, 2, 5, 10]))
         timing = SignalTiming(
@@ -67,6 +74,10 @@ def make_case(tee, mixed_network, varied, wander):
         scenario = Scenario(name, network, PoissonDemand(), timing, dynamics, horizon_s)
         longest = int(rng.integers(2, 9))
         vehicles = wander(network, horizon_s, rng.choice([0.3, 1, 4]), rng, longest)
+        if kind == "classes":
+            sumo = SumoFiles(Path("none"), (), kinds=({}, {}, {}), classes=(CAR, BUS, CAR | BUS))
+            scenario = replace(scenario, sumo=sumo)
+            vehicles = replace(vehicles, kind=rng.integers(0, 3, len(vehicles)).astype(np.int32))
         return scenario, vehicles, rng
 
     return make
@@ -109,6 +120,25 @@ def with_programs(network, rng):
             for item in network.intersections
         ),
     )
+
+
+def with_permissions(network, rng):
+    """Draw who may use which lane for which movement, and close lanes."""
+    links = tuple(
+        replace(link, closed=frozenset(rng.permutation(link.lanes)[1:][: rng.integers(3)].tolist()))
+        for link in network.links
+    )
+    lanes = {link.id: link.lanes for link in links}
+    kinds = (CAR, BUS, CAR | BUS)
+    ways = {
+        (each.from_link, each.to_link): {
+            lane: kinds[rng.integers(3)] for lane in range(lanes[each.from_link])
+        }
+        for node in network.intersections
+        for each in node.movements
+    }
+    everyone = {link.id: (CAR | BUS,) * link.lanes for link in links}
+    return replace(network, links=links, permissions=Permissions(everyone, ways))
 
 
 def drawn_phases(network, shown, rng):
