@@ -35,7 +35,7 @@ class Crossings:
         seen: (5, vehicles in the network) float64
             See `dmil.simulation.sumo.approaches.count_vehicles`.
         """
-        vehicle, links = seen[0].astype(np.int64), np.diff(ways.offset)
+        vehicle, links = seen[0].astype(np.int64), np.diff(ways.offset)[ways.route]
         there = np.zeros_like(self._there)
         there[vehicle] = True
         gone = self._there & ~there  # nobody is teleported: who is not there any more has arrived
@@ -55,6 +55,9 @@ class Crossings:
         intersections, movements
             How many there are; movements of the intersection with the most.
         """
-        behind = np.repeat(ways.offset[:-1] + self._links_behind, np.diff(ways.offset))
+        # Of a route that SUMO has replaced nothing counts: the new one begins with its past.
+        links_behind = np.zeros(ways.offset.size - 1, np.int64)
+        links_behind[ways.route] = self._links_behind
+        behind = np.repeat(ways.offset[:-1] + links_behind, np.diff(ways.offset))
         crossed = ways.own & (np.arange(ways.slot.size) < behind)
         return np.bincount(ways.slot[crossed] // movements, minlength=intersections)
