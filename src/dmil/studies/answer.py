@@ -40,7 +40,7 @@ def answer(found: Comparison) -> str:
     best = usable[0]
     plan = next((i for i in usable if _name(found.labels[i]) == PLAN), None)
     if len(usable) == 1:
-        text = f"{found.labels[best]} is alone: nobody to compare it with."
+        text = f"{_called(found.labels[best])} is alone: nobody to compare it with."
     elif found.one_day or len(found.seeds) == 1:
         text = _seen(found, usable, plan)
     else:
@@ -73,8 +73,14 @@ def _name(label: str) -> str:
     return label.partition(",")[0]
 
 
+def _called(label: str) -> str:
+    """Return a label as it reads in a sentence."""
+    return label.replace(",approaching=true", " with approaching")
+
+
 def _listed(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+    called = [_called(name) for name in names]
+    return called[0] if len(called) == 1 else f"{', '.join(called[:-1])} and {called[-1]}"
 
 
 def _seen(found: Comparison, usable: list[int], plan: int | None) -> str:
@@ -115,11 +121,12 @@ def _shown(found: Comparison, usable: list[int], plan: int | None) -> str:
         low, high = sorted((-cut.low[best], -cut.high[best]))
         gain = f", {-cut.value[best]:.1f} s [{low:.1f}, {high:.1f}] less than your plan"
     if len(level) == 1:
-        return f"Use {names[0]}: it has the least delay, {value:.1f} s per vehicle{gain}.{where}"
+        least = f"it has the least delay, {value:.1f} s per vehicle{gain}"
+        return f"Use {_called(names[0])}: {least}.{where}"
     rules = [name for name in names if _is_rule(name)]
     simple = ""
     if rules and len(rules) < len(names):
-        simple = f" Of these {rules[0]} is the simplest: it learns nothing."
+        simple = f" Of these {_called(rules[0])} is the simplest: it learns nothing."
     return (
         f"{_listed(names)} are level: the least delay, {value:.1f} s per vehicle{gain}, and no "
         f"difference between them is shown.{simple}{where}"
@@ -134,4 +141,4 @@ def _is_rule(label: str) -> bool:
 def _warning(found: Comparison, best: int) -> str:
     label = found.labels[best]
     count = sum(each == label for each, _ in found.locked)
-    return f" But {label} locked in {count} of {len(found.seeds)} seeds." if count else ""
+    return f" But {_called(label)} locked in {count} of {len(found.seeds)} seeds." if count else ""

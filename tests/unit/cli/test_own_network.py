@@ -116,7 +116,7 @@ def test_resampled_days_drive_in_sumo_and_are_exported(dmil, tmp_path):
 def test_random_arrivals_are_not_resampled(dmil):
     dmil("simulate", "grid:1x1", "--resample", code=2)
     assert "vehicles arrive at random" in dmil.err
-    assert "leave --resample out" in dmil.err
+    assert "Leave --resample out." in dmil.err
 
 
 def test_the_reference_may_learn_and_capitals_do_not_matter(dmil):

@@ -9,6 +9,7 @@ from dmil.studies.answer import answer, locked_notes
 from dmil.studies.comparison import Comparison, Locked
 
 PLAN, RULE, MEMORY = "program", "longest-queue-first,approaching=true", "factored"
+CALLED = "longest-queue-first with approaching"
 
 
 def comparison(delays, **changes):
@@ -34,8 +35,8 @@ def test_the_one_with_less_delay_than_all_others_is_to_be_used():
 def test_those_without_a_shown_difference_are_level_and_the_rule_is_the_simplest():
     other = [16.3, 15.8, 16.2, 15.9, 16.1]
     found = comparison({PLAN: around(40), MEMORY: around(16), RULE: other})
-    assert answer(found).startswith(f"{MEMORY} and {RULE} are level: the least delay, 16.0 s")
-    assert answer(found).endswith(f"Of these {RULE} is the simplest: it learns nothing.")
+    assert answer(found).startswith(f"{MEMORY} and {CALLED} are level: the least delay, 16.0 s")
+    assert answer(found).endswith(f"Of these {CALLED} is the simplest: it learns nothing.")
 
 
 def test_a_plan_that_nothing_beats_is_kept():
@@ -45,14 +46,14 @@ def test_a_plan_that_nothing_beats_is_kept():
 
 def test_what_is_level_with_the_plan_is_not_preferred():
     found = comparison({PLAN: [16.3, 15.9, 16.2, 15.9, 16.1], RULE: around(16)})
-    assert answer(found) == f"Nothing is shown to beat your plan: {RULE} is level."
+    assert answer(found) == f"Nothing is shown to beat your plan: {CALLED} is level."
 
 
 @pytest.mark.parametrize("seeds", [1, 5])
 def test_one_recorded_day_has_no_verdict(seeds):
     found = comparison({PLAN: [40.0] * seeds, RULE: [17.0] * seeds}, same_demand=True)
     assert answer(found) == (
-        f"On this one day {RULE} has the least delay, 17.0 s per vehicle; your plan has 40.0 s. "
+        f"On this one day {CALLED} has the least delay, 17.0 s per vehicle; your plan has 40.0 s. "
         "More it does not show: add --resample for other days like it."
     )
     difference = found.difference("delay_s")
@@ -63,13 +64,13 @@ def test_one_recorded_day_has_no_verdict(seeds):
 
 def test_one_day_in_sumo_is_said_to_be_one():
     found = comparison({PLAN: around(40), RULE: around(17)}, same_demand=True, exact=False)
-    assert answer(found).startswith(f"Use {RULE}")
+    assert answer(found).startswith(f"Use {CALLED}")
     assert answer(found).endswith("On this one recorded day, that is: --resample tries others.")
 
 
 def test_one_seed_shows_nothing():
     found = comparison({PLAN: [40.0], RULE: [17.0]})
-    assert answer(found).startswith(f"In this one seed {RULE} has the least delay")
+    assert answer(found).startswith(f"In this one seed {CALLED} has the least delay")
     assert answer(found).endswith("add --seeds 10.")
 
 
@@ -81,7 +82,7 @@ def test_nothing_is_preferred_where_differences_are_withheld():
 
 def test_a_limit_that_nobody_can_use_is_no_answer():
     found = comparison({PLAN: around(40), "foresight": around(5), RULE: around(17)})
-    assert answer(found).startswith(f"Use {RULE}")
+    assert answer(found).startswith(f"Use {CALLED}")
 
 
 def test_no_vehicle_no_answer():
