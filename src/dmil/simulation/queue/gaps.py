@@ -35,8 +35,8 @@ def gap_of(junction: Junction, j: int) -> tuple[float, float]:
 
     Those of two-way stop control (HCM, 6th edition, chapter 20, two-lane major
     street): a left turn off the major road 4.1 and 2.2 s; off the minor one right 6.2 and 3.3 s,
-    straight 6.5 and 4.0 s, left 7.1 and 3.5 s. Who only merges, where all go onto one road or
-    the others come in a bend, as on ramps and at roundabouts, has those of a roundabout's entry (a
+    straight 6.5 and 4.0 s, left 7.1 and 3.5 s. Who only merges with others that come in
+    a bend, as at roundabouts, has those of a roundabout's entry (a
     capacity of 1380 exp(−0.00102 v), by Siegloch's formula 4.98 and 2.61 s). Movements that give
     way to each other take turns, first come, first served: one may go 2.9 s after the other, and
     3.9 s after the one before it (all-way stops: saturation headways of 5.8 s where both roads
@@ -57,8 +57,7 @@ def gap_of(junction: Junction, j: int) -> tuple[float, float]:
         return IN_TURN_S
     foes = [junction.movements[k] for k in junction.gives_way[j]]
     merges = all(foe.to_link == movement.to_link for foe in foes)
-    exits = {each.to_link for each in junction.movements}
-    if merges and (len(exits) == 1 or all(foe.turn != "straight" for foe in foes)):
+    if merges and all(foe.turn != "straight" for foe in foes):
         return MERGE_S
     major = any(
         each.from_link == movement.from_link and not foes
