@@ -43,9 +43,9 @@ WAYS = [
 def test_every_way_to_name_the_files_is_the_same_scenario(dmil, folder, way):
     run = dmil.json("simulate", *way, "--controller", "Program")
     assert run["horizon_s"] == 300
-    assert run["runs"][0]["spawned_veh"] == 97
+    assert run["runs"][0]["spawned_veh"] == 90
     examined = dmil.json("doctor", *way)
-    assert (examined["horizon_s"], examined["demand"]["vehicles"]) == (300, 97)
+    assert (examined["horizon_s"], examined["demand"]["vehicles"]) == (300, 90)
 
 
 def test_train_evaluate_and_export_take_the_file(dmil, folder):
