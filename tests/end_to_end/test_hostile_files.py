@@ -123,7 +123,7 @@ RUN = ("--scenario", "grid:1x1", "--steps", 60)
 )
 def test_what_the_user_names_himself_may_run(policy, folder, command, named):
     mine = policy(controller=own("Learner"), options={})
-    assert command("simulate", "--policy", mine, *RUN, *named, "--json") == (0, "")
+    assert command("simulate", "--policy", mine, *RUN, *named, "--json")[0] == 0
     assert (folder / "ran").exists()
 
 
