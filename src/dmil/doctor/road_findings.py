@@ -27,6 +27,13 @@ def on_roads(case: Case) -> Iterator[Finding]:
             yield finding("left-hand-traffic", "network", "lefthand is true")
     for item in case.network.intersections:
         yield from _on_program(case, item)
+        waiting = [walk for walk in item.walks if not walk.phases]
+        if waiting:
+            yield finding(
+                "no-walk",
+                f"intersection {item.id}",
+                f"no phase gives green to {len(waiting)} of its {len(item.walks)} crossings",
+            )
     for found in advantages(case.timing, case.network):
         item = case.network.intersections[found.intersection]
         yield finding("clearance-cut", f"intersection {item.id}", f"under a controller {found}")

@@ -96,6 +96,12 @@ SIGNAL_KINDS = {
         "controller they never have green of their own.",
         "Give them green together with vehicles that they do not cross.",
     ),
+    "no-walk": Kind(
+        "warning",
+        "A crossing of pedestrians under a signal goes with no phase, so under a controller its "
+        "pedestrians wait for ever.",
+        "Give it green together with vehicles that do not cross it, or that give way (g).",
+    ),
     "several-programs": Kind(
         "note",
         "A controller has several programs, of the network or of additional files. The one that is "

@@ -20,6 +20,7 @@ from tests.unit.doctor.conftest import (
     kinds,
     of_kind,
 )
+from tests.unit.network.conftest import ONE
 
 CASES = Path(__file__).parents[2] / "cases"
 
@@ -88,6 +89,14 @@ def test_an_actuated_program_is_named(doctor, with_states):
 def test_the_longest_cycle_is_no_finding_yet(doctor, with_states):
     stages = ((LONGEST_CYCLE_S - 36, NS), *PROGRAM[1:])
     assert "long-cycle" not in kinds(doctor(with_states(*stages)))
+
+
+def test_pedestrians_who_never_get_green_are_a_warning(doctor, generate):
+    options = (*ONE, "--sidewalks.guess", "--crossings.guess")
+    assert "no-walk" not in kinds(doctor(generate(*options)))
+    (found,) = of_kind(doctor(generate(*options), phases="derived"), "no-walk")
+    assert found.severity == "warning"
+    assert "no phase gives green to 4 of its 4 crossings" in found.what
 
 
 def test_controllers_that_clear_for_less_than_the_plan_are_a_warning(with_states):
