@@ -13,7 +13,6 @@ import pytest
 from dmil.demand import FileDemand
 from dmil.demand.sumo.remarks import TEXTS
 from dmil.doctor import KINDS, examine, kinds_markdown, read_case
-from dmil.doctor.arguments import sort_arguments
 from dmil.doctor.intersections import shape_letter
 from dmil.doctor.load import CYCLE_S, load_of
 from dmil.errors import InputError, NetworkError, UnknownNameError
@@ -327,7 +326,7 @@ def test_vehicles_come_and_go_where_their_routes_begin_and_end(doctor, attached)
         for a, b in (("left0A0", "C0right0"), ("left0A0", "B2top1"), ("A1B1", "C0right0"))
     )
     diagnosis = doctor(attached, flows, horizon_s=600)
-    assert diagnosis.ends == {"left0", "right0", "top1", "A1", "B1"} - {"B1"}
+    assert diagnosis.ends == {"left0", "right0", "top1", "A1"}
     assert diagnosis.network.fringe == 4
     assert diagnosis.traffic.vehicles == 150
 
@@ -339,14 +338,3 @@ def test_shapes_that_are_no_places_reach_no_text(doctor, attached, tmp_path):
     points = [point for line in diagnosis.case.lines.values() for point in line]
     assert np.isfinite(points).all()
     assert [each.name for each in diagnosis.intersections[0].approaches] == ["E", "N", "W", "S"]
-
-
-def test_files_are_told_apart_by_what_is_in_them_where_their_roots_do_not_tell(tmp_path):
-    case = Path(__file__).parents[2] / "cases" / "additional-root"
-    drives = tmp_path / "drives.xml"
-    drives.write_text((case / "b.rou.xml").read_text().replace("routes>", "demand>"))
-    found = sort_arguments([str(case / "g.net.xml"), str(drives), str(case / "b.add.xml")])
-    assert (found.routes, found.additional) == ((drives,), (case / "b.add.xml",))
-    drives.write_text("<demand><nobody/></demand>")
-    with pytest.raises(InputError, match="its root element is <demand>, and nothing in it is"):
-        sort_arguments([str(case / "g.net.xml"), str(drives)])
