@@ -152,9 +152,10 @@ DEMAND_KINDS = {
         "note",
         "Most vehicles pass a junction without signals where they may have to wait. The queue "
         "simulator lets them wait there by critical gaps of the HCM, first come, first served at "
-        "all-way stops, and by the lanes that go on; what they lose by braking and turning it does "
-        "not see, so delays there are lower than SUMO's, most of all at merges of fast roads.",
-        "Judge in SUMO (--simulator sumo); differences between controllers suffer less.",
+        "all-way stops, and by the lanes that go on. It does not see what they lose by braking and "
+        "turning: its delays are below SUMO's, at roundabouts and stops far below; where a merge is "
+        "overloaded they may be above.",
+        "Judge in SUMO (--simulator sumo).",
     ),
     "option-not-used": Kind(
         "note",
