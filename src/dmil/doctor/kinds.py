@@ -153,8 +153,8 @@ DEMAND_KINDS = {
         "Most vehicles pass a junction without signals where they may have to wait. The queue "
         "simulator lets them wait there by critical gaps of the HCM, first come, first served at "
         "all-way stops, and by the lanes that go on. It does not see what they lose by braking and "
-        "turning: its delays are below SUMO's, at roundabouts and stops far below; where a merge is "
-        "overloaded they may be above.",
+        "turning: its delays are below SUMO's, at roundabouts and stops far below; where a merge "
+        "is overloaded they may be above.",
         "Judge in SUMO (--simulator sumo).",
     ),
     "option-not-used": Kind(
