@@ -12,7 +12,7 @@ from dmil.controllers import Prior, Situation, make_controller
 from dmil.controllers.variants import read_options
 from dmil.memory import make_value_table
 from dmil.seeding import stream
-from dmil.simulation import Observation, QueueSimulator
+from dmil.simulation import QueueSimulator
 from dmil.studies.block import run_block
 from dmil.studies.executors import Executor, LocalExecutor
 from dmil.studies.plan import VARIANTS, Block
@@ -32,11 +32,14 @@ def compile_kernels(executor: Executor | None = None) -> None:
     Parameters
     ----------
     executor
-        Processes of this machine that do it, if it has some.
+        Where the study runs. Processes of this machine do it, one per core by default; for runs
+        elsewhere this process does it.
     """
     if not is_cold():
         return
-    here = executor if isinstance(executor, LocalExecutor) else LocalExecutor()
+    here = executor or LocalExecutor()
+    if not isinstance(here, LocalExecutor):
+        here = LocalExecutor(1)
     for _ in here.map(_call, [_decide_from_memory, _run_the_others]):
         pass
     mark_warm()
@@ -63,9 +66,5 @@ def _decide_from_memory() -> None:
         controller = make_controller("dual-memory", options, prior=prior)
         chance = stream(0, "exploration")
         controller.begin(Situation(scenario.network, scenario.timing, chance))
-        for observation in _course(empty, scenario.horizon_s):
-            controller.decide(observation, np.zeros(empty.phase.size))
-
-
-def _course(first: Observation, horizon_s: int) -> list[Observation]:
-    return [replace(first, time_s=time_s) for time_s in range(0, horizon_s, 10)]
+        for time_s in range(0, scenario.horizon_s, scenario.timing.decision_interval_s):
+            controller.decide(replace(empty, time_s=time_s), np.zeros(empty.phase.size))

@@ -2,6 +2,8 @@ import os
 import subprocess
 import sys
 
+from dmil.studies import LocalExecutor, RayExecutor, compile_kernels, warm_up
+
 COMPILED = """
 import sys
 from numba.core import event
@@ -39,3 +41,14 @@ def test_a_worker_has_nothing_left_to_compile(tmp_path):
     warm_up = "from dmil.studies import LocalExecutor, compile_kernels\n"
     run(warm_up + "compile_kernels(LocalExecutor(1))")
     assert run(COMPILED + BLOCK) == ""
+
+
+def test_for_runs_elsewhere_this_process_compiles(monkeypatch):
+    """A script that runs on Ray needs no guard around its main part for it."""
+    used = []
+    monkeypatch.setattr(warm_up, "is_cold", lambda: True)
+    monkeypatch.setattr(warm_up, "mark_warm", lambda: None)
+    monkeypatch.setattr(LocalExecutor, "map", lambda self, *_: used.append(self.jobs) or iter(()))
+    compile_kernels(RayExecutor())
+    compile_kernels(LocalExecutor(3))
+    assert used == [1, 3]
