@@ -3,10 +3,19 @@
 Names are loaded when they are first used, so that ``import dmil`` costs nothing.
 """
 
-from __future__ import annotations
+# No import before these, which Python itself has imported already.
+import os
+import sys
 
-import importlib
-from typing import TYPE_CHECKING, Any
+# "python -m dmil" looks for every module in the current folder first: a file json.py there would
+# run. Only where dmil itself lies in that folder it has to be found again.
+_OUR_FOLDER = os.path.dirname(os.path.dirname(__file__))
+_AS_MODULE = sys.argv[:1] == ["-m"] and not {"dmil", "-mdmil"}.isdisjoint(sys.orig_argv)
+if _AS_MODULE and not sys.flags.safe_path and sys.path[0] != _OUR_FOLDER:
+    del sys.path[0]
+
+import importlib  # noqa: E402
+from typing import TYPE_CHECKING, Any  # noqa: E402
 
 __version__ = "0.1.0"
 
@@ -15,6 +24,7 @@ if TYPE_CHECKING:
     from dmil.controllers import CONTROLLERS, Controller, Situation, make_controller
     from dmil.demand import CompoundPoissonDemand, PoissonDemand, ProfileDemand, Vehicles
     from dmil.errors import DmilError
+    from dmil.importing import trust
     from dmil.network import RoadNetwork, grid, read_cityflow_roadnet
     from dmil.reports import write_report
     from dmil.results import Results
@@ -40,6 +50,7 @@ _ROOMS = {
     "controllers": ("CONTROLLERS", "Controller", "Situation", "make_controller"),
     "demand": ("CompoundPoissonDemand", "PoissonDemand", "ProfileDemand", "Vehicles"),
     "errors": ("DmilError",),
+    "importing": ("trust",),
     "network": ("RoadNetwork", "grid", "read_cityflow_roadnet"),
     "reports": ("write_report",),
     "results": ("Results",),

@@ -5,8 +5,8 @@ import pytest
 
 from dmil.controllers.beam import AHEAD_INTERVALS, search
 from dmil.controllers.crossing import Crossing
+from dmil.scenarios import UniformTiming
 from dmil.seeding import stream
-from dmil.simulation.timing import Rules
 
 
 def plain_lanes(lanes, ready, arrivals, begin_s, go_from_s, headway_s):
@@ -90,7 +90,7 @@ def test_plans_are_those_of_the_plain_search(case):
     interval_s = int(rng.choice([1, 4, 10]))
     clearance_s = int(rng.integers(0, interval_s)) if case % 2 else 0
     max_green_s = int(rng.choice([0, 12]))
-    rules = Rules(
+    rules = UniformTiming(
         decision_interval_s=interval_s,
         clearance_s=clearance_s,
         min_green_s=int(rng.choice([0, 5, 11])),

@@ -1,13 +1,17 @@
 """The compiled queue simulator against the plain one, step by step."""
 
 from collections import defaultdict
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from dmil.demand import PoissonDemand
-from dmil.network import check_network, grid
-from dmil.scenarios import QueueDynamics, Scenario, SignalTiming
+from dmil.network import Junction, Program, Stage, check_network, grid
+from dmil.network.permissions import Classes, Permissions
+from dmil.scenarios import PLAN, QueueDynamics, Scenario, SignalTiming
+from dmil.scenarios.sumo_files import SumoFiles
 from dmil.seeding import stream
 from dmil.simulation import QueueSimulator
 from dmil.simulation.queue import kernel
@@ -27,7 +31,9 @@ from dmil.simulation.queue.state import (
 from dmil.simulation.timing import rules_of
 from tests.differential.plain_queues import PlainQueues
 
-CASES = [f"{network}-{n}" for network in ("grid", "tee", "mixed") for n in range(24)]
+CASES = [f"{network}-{n}" for network in ("grid", "tee", "mixed", "unsignalled") for n in range(24)]
+CASES += [f"classes-{n}" for n in range(12)]
+CAR, BUS = Classes({"passenger"}), Classes({"bus"})
 
 
 @pytest.fixture(scope="module")
@@ -41,6 +47,10 @@ def make_case(tee, mixed_network, varied, wander):
         network = networks.get(kind) or grid(*map(int, rng.integers(1, 5, 2)))
         if rng.random() < 0.75:
             network = varied(network, rng)
+        if kind == "unsignalled":
+            network = without_some_signals(varied(grid(2, 3), rng), rng)
+        if kind == "classes":
+            network = with_permissions(network, rng)
         check_network(network)
         interval_s = int(rng.choice([1, 2, 5, 10]))
         timing = SignalTiming(
@@ -50,6 +60,9 @@ def make_case(tee, mixed_network, varied, wander):
             max_green_s=int(rng.choice([0, 25, 40])),
             startup_lost_s=int(rng.choice([0, 0, 1, 3])),
         )
+        if rng.random() < 0.4:
+            network = with_programs(network, rng)
+            timing = timing.model_copy(update=PLAN)
         dynamics = QueueDynamics(
             saturation_flow_veh_per_s=float(rng.choice([1 / 3, 0.5, 0.7, 1, 1.5, 2])),
             storage=bool(rng.random() < 0.5),
@@ -61,9 +74,71 @@ def make_case(tee, mixed_network, varied, wander):
         scenario = Scenario(name, network, PoissonDemand(), timing, dynamics, horizon_s)
         longest = int(rng.integers(2, 9))
         vehicles = wander(network, horizon_s, rng.choice([0.3, 1, 4]), rng, longest)
+        if kind == "classes":
+            sumo = SumoFiles(Path("none"), (), kinds=({}, {}, {}), classes=(CAR, BUS, CAR | BUS))
+            scenario = replace(scenario, sumo=sumo)
+            vehicles = replace(vehicles, kind=rng.integers(0, 3, len(vehicles)).astype(np.int32))
         return scenario, vehicles, rng
 
     return make
+
+
+def without_some_signals(network, rng):
+    """Take the signals from some intersections; somebody gives way at each, some take turns."""
+    taken = [node for node in network.intersections[1:] if rng.random() < 0.5]
+    junctions = []
+    for node in taken:
+        count = len(node.movements)
+        foes = [set() for _ in range(count)]
+        for i in range(count):
+            for k in rng.permutation(count)[: rng.integers(0, 4)].tolist():
+                if k < i:
+                    foes[i].add(k)
+                    if rng.random() < 0.3:
+                        foes[k].add(i)
+        foes[1].add(0)
+        junctions.append(Junction(node.id, node.movements, tuple(tuple(sorted(f)) for f in foes)))
+    left = tuple(node for node in network.intersections if node not in taken)
+    return replace(network, intersections=left, junctions=tuple(junctions))
+
+
+def with_programs(network, rng):
+    """Give every intersection a plan whose greens and clearances differ."""
+
+    def stages(phases):
+        for p in rng.permutation(len(phases)):
+            least_s = int(rng.integers(2, 15))
+            longest_s = int(rng.choice([0, least_s + 10]))
+            yield Stage(20, phases[p], min_s=least_s, max_s=longest_s or None)
+            for yellow in (phases[p], frozenset()):
+                yield Stage(int(rng.integers(1, 5)), frozenset(), True, yellow=yellow)
+
+    return replace(
+        network,
+        intersections=tuple(
+            replace(item, program=Program(tuple(stages(item.phases))))
+            for item in network.intersections
+        ),
+    )
+
+
+def with_permissions(network, rng):
+    """Draw who may use which lane for which movement, and close lanes."""
+    links = tuple(
+        replace(link, closed=frozenset(rng.permutation(link.lanes)[1:][: rng.integers(3)].tolist()))
+        for link in network.links
+    )
+    lanes = {link.id: link.lanes for link in links}
+    kinds = (CAR, BUS, CAR | BUS)
+    ways = {
+        (each.from_link, each.to_link): {
+            lane: kinds[rng.integers(3)] for lane in range(lanes[each.from_link])
+        }
+        for node in network.intersections
+        for each in node.movements
+    }
+    everyone = {link.id: (CAR | BUS,) * link.lanes for link in links}
+    return replace(network, links=links, permissions=Permissions(everyone, ways))
 
 
 def drawn_phases(network, shown, rng):
@@ -75,7 +150,8 @@ def drawn_phases(network, shown, rng):
 def table(counts, shape):
     filled = np.zeros(shape, np.int32)
     for place, count in counts.items():
-        filled[place] = count
+        if place[0] < shape[0]:  # not at a junction without signals
+            filled[place] = count
     return filled
 
 
@@ -89,9 +165,10 @@ def queued_vehicles(state, lane):
 
 
 def assert_same_state(state, twin):
-    shape = state.queue_veh.shape
     lengths = twin.queued()
-    np.testing.assert_array_equal(state.queue_veh, table(lengths, shape))
+    shape = (len(twin.lights), state.queue_veh.shape[1])
+    np.testing.assert_array_equal(state.queue_veh[: shape[0]], table(lengths, shape))
+    assert state.queue_veh.sum() == sum(lengths.values())
     for number, queue in enumerate(twin.lanes.values()):
         assert queued_vehicles(state, number) == [car.number for car in queue]
         assert state.lane_veh[number] == len(queue)
@@ -123,7 +200,9 @@ def test_every_step_is_that_of_the_plain_twin(name, make_case):
             wanted = drawn_phases(network, state.phase, rng)
             twin.decide(wanted.tolist())
         # Without a decision nobody is overruled.
-        now = rules_of(rules) if decides else rules_of(rules)._replace(max_green_s=0)
+        now = rules_of(rules, network)
+        if not decides:
+            now = now._replace(max_green_s=np.zeros_like(now.max_green_s))
         kernel.advance(layout, trips, state, wanted, 1, now)
         twin.step()
         assert_same_state(state, twin)
@@ -150,7 +229,8 @@ def test_every_observation_and_measure_is_that_of_the_plain_twin(name, make_case
             seen.approaching_veh,
             table(twin.approaching(scenario.timing.decision_interval_s), shape),
         )
-        np.testing.assert_array_equal(simulator.state.waiting_steps, table(twin.waited_at, shape))
+        waited = simulator.state.waiting_steps[: shape[0]]
+        np.testing.assert_array_equal(waited, table(twin.waited_at, shape))
         assert seen.phase.tolist() == [light.shown for light in twin.lights]
         ages = [max(0, twin.now - light.green_from) for light in twin.lights]
         assert seen.phase_elapsed_s.tolist() == ages
@@ -186,16 +266,20 @@ def test_the_cases_meet_every_rule(make_case):
         met["impatient"] += twin.impatient
         met["stops"] += twin.stops
         met["started"] += twin.started
+        met["gap too short"] += twin.short_gaps
+        met["just behind another"] += twin.behind
+        met["in turn"] += twin.turns
         met["blocked"] += twin.blocked
         arrived = [car for car in twin.cars if car.arrived >= 0]
         exits = scenario.network.exit_links
         met["out of the network"] += sum(car.route[-1] in exits for car in arrived)
         met["parked"] += sum(car.route[-1] not in exits for car in arrived)
-        met["clearance"] += scenario.timing.clearance_s > 0
+        met["clearance"] += bool(scenario.timing.clearance_s)
+        met["clearance of the plan"] += scenario.timing.clearance_s is None
         met["start-up"] += scenario.timing.startup_lost_s > 0
         met["several per step"] += twin.headway < 1
         met["a part per step"] += twin.headway > 1
         met["steps"] += scenario.horizon_s
-    assert len(met) == 14
+    assert len(met) == 18
     assert min(met.values()) >= 10, dict(met)
     assert met["steps"] > 5000

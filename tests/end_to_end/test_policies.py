@@ -12,6 +12,7 @@ import pytest
 
 from dmil.controllers import make_controller
 from dmil.demand import PoissonDemand
+from dmil.importing import only
 from dmil.rewards import make_reward
 from dmil.scenarios import scenario
 from dmil.simulation import QueueSimulator
@@ -114,7 +115,9 @@ def test_the_table_has_the_librarys_numbers(trained, dmil):
 
     done = dmil("evaluate", "--policy", trained, "--seeds", 3, "--jobs", 1, "--json")
     found = {each["controller"]: each for each in done.json["controllers"]}
-    assert list(found) == ["whole.npz", "fixed-cycle", "longest-queue-first", "max-pressure"]
+    assert set(found) == {"whole.npz", "fixed-cycle", "longest-queue-first", "max-pressure"}
+    delays = [each["measures"]["delay_s"]["mean"] for each in found.values()]
+    assert delays == sorted(delays)
     ours = travel_times(frozen, "grid:1x2", range(3))
     theirs = travel_times(lambda _: make_controller("max-pressure"), "grid:1x2", range(3))
     measured = found["whole.npz"]
@@ -138,9 +141,9 @@ def test_what_is_recorded_is_the_same_in_every_seed(dmil, city):
     assert done.json["same_demand"] is True
     assert any("recorded, the same in every seed" in note for note in done.json["notes"])
     found = {each["controller"]: each["measures"] for each in done.json["controllers"]}
-    exact = found["max-pressure"]["travel_time_s"]
-    assert exact["low"] == exact["mean"] == exact["high"]
-    assert found["random"]["travel_time_s"]["low"] is None
+    assert {"program", "factored", "lookahead", "max-pressure,approaching=true"} < set(found)
+    # One day: an interval over seeds that change nothing would say more than is known.
+    assert {each["travel_time_s"]["low"] for each in found.values()} == {None}
 
 
 def test_a_city_is_trained_on_and_judged(dmil, city):
@@ -151,7 +154,7 @@ def test_a_city_is_trained_on_and_judged(dmil, city):
         assert word in done.out
     assert "Vehicles that have not arrived count" in done.out
     assert "frozen, ε = 0" in done.out
-    assert "Decisions every 15 s, clearance 5 s" in done.out
+    assert "Decisions every 15 s, clearance as each plan says" in done.out
     assert max(map(len, done.out.splitlines())) <= 80
 
 
@@ -160,12 +163,13 @@ def test_a_users_own_parts_are_found_where_they_are(dmil, tmp_path):
     arguments = ("--controller", "mine:Patient", "--set", "hold=2", "--seeds", 2, "--json")
     done = dmil("evaluate", "--scenario", "grid:1x1", *arguments, "--jobs", 2, cwd=tmp_path)
     found = {each["controller"]: each["per_seed"] for each in done.json["controllers"]}
-    assert found["mine:Patient"]["arrived_veh"] != found["fixed-cycle"]["arrived_veh"]
-    assert found["mine:Patient"]["spawned_veh"] == found["fixed-cycle"]["spawned_veh"]
+    assert found["mine:Patient,hold=2"]["arrived_veh"] != found["fixed-cycle"]["arrived_veh"]
+    assert found["mine:Patient,hold=2"]["spawned_veh"] == found["fixed-cycle"]["spawned_veh"]
 
     train = ("train", "--scenario", "grid:1x1", "--reward", "mine:calm", "--episodes", 1)
     dmil(*train, "--out", "p.npz", cwd=tmp_path)
-    assert load_policy(tmp_path / "p.npz").reward == "mine:calm"
+    with only(["mine:calm"]):
+        assert load_policy(tmp_path / "p.npz").reward == "mine:calm"
 
 
 def test_a_series_is_written_by_the_second(dmil, tmp_path):

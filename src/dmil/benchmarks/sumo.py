@@ -23,10 +23,10 @@ from dmil.benchmarks.figures import Figure
 from dmil.controllers.protocol import IntArray
 from dmil.demand import PoissonDemand, Vehicles
 from dmil.network import Program, RoadNetwork, Stage, grid
-from dmil.scenarios import QueueDynamics, Scenario, SignalTiming, scenario
+from dmil.scenarios import QueueDynamics, Scenario, SignalTiming, scenario, signal_times
 from dmil.simulation import QueueSimulator, Simulator, SumoSimulator
 from dmil.simulation.sumo.files import options, run_files, write_routes
-from dmil.simulation.sumo.signals import SignalHeads
+from dmil.simulation.sumo.signals import SignalHeads, walk_ends
 from dmil.simulation.timing import PROGRAM, signals_of
 from dmil.training import vehicles_of_seed
 
@@ -132,8 +132,11 @@ class _BareLoop:
     def seconds(self, plan: list[IntArray]) -> float:
         """Return how long the loop takes in which signals show what the plan asks for."""
         files = run_files(self.made, self.folder)
-        heads = SignalHeads(signals_of(self.made.network), files.signals, self.made.timing)
-        interval_s, switches = self.made.timing.decision_interval_s, []
+        network, timing = self.made.network, self.made.timing
+        interval_s, switches = timing.decision_interval_s, []
+        times = signal_times(timing, network)
+        walks = walk_ends(network, files.signals, times)
+        heads = SignalHeads(signals_of(network), files.signals, times, interval_s, walks)
         for k, phases in enumerate(plan):
             time_s = k * interval_s
             for second, name, state in heads.request(phases, time_s).switches:

@@ -122,7 +122,7 @@ def _kernel_s(made: Scenario, vehicles: Vehicles, plan: list[IntArray]) -> float
     layout = build_layout(made)
     trips = build_trips(made, layout, vehicles)
     state = initial_state(layout, trips, made.horizon_s)
-    rules = rules_of(made.timing)
+    rules = rules_of(made.timing, made.network)
     start = perf_counter()
     for phases in plan:
         kernel.advance(layout, trips, state, phases, made.timing.decision_interval_s, rules)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 import io
 import os
+import re
 import signal
 import sys
 import traceback
@@ -23,6 +24,7 @@ import dmil
 from dmil.cli.help import CommandGroup
 from dmil.cli.terminal import print_error, print_json, say
 from dmil.errors import DmilError
+from dmil.importing import only
 from dmil.worker_server import start_worker_server
 
 COMMANDS = {
@@ -44,6 +46,8 @@ COMMANDS = {
 WORK = {"study": "dmil.studies.block", "tune": "dmil.studies.tuning.scoring"}
 """Commands that run worker processes, and the module these work with."""
 OK, FAILED, USER_ERROR = 0, 1, 2
+SCENARIO = "--scenario"
+IMPORT_PATH = re.compile(r"[^\W\d][\w.]*:[^\W\d]\w*")
 
 
 class StoppedError(Exception):
@@ -102,8 +106,26 @@ class LazyGroup(CommandGroup):
             # Not every terminal knows Greek: then a question mark is better than an error.
             if isinstance(stream, io.TextIOWrapper):
                 stream.reconfigure(errors="replace")
-        with _terminated_like_interrupted():
+        with _terminated_like_interrupted(), only(named_parts(arguments)):
             sys.exit(exit_code(run, arguments))
+
+
+def named_parts(arguments: Sequence[str]) -> set[str]:
+    """Return the import paths on a command line: the user's own word that they may run (ours).
+
+    Parameters
+    ----------
+    arguments
+        What was typed. The name of a scenario, such as ``cityflow:FOLDER``, is none.
+    """
+    scenarios = {k + 1 for k, argument in enumerate(arguments) if argument == SCENARIO}
+    return {
+        part
+        for k, argument in enumerate(arguments)
+        if k not in scenarios and not argument.startswith(f"{SCENARIO}=")
+        for part in re.split(r"[\s,=\"'\[\]]", argument)
+        if IMPORT_PATH.fullmatch(part)
+    }
 
 
 def exit_code(run: Callable[[], Any], arguments: Sequence[str]) -> int:

@@ -11,7 +11,13 @@ from pydantic import Field
 from rich import box
 from rich.table import Table
 
-from dmil.cli.choices import SCENARIO_OPTIONS, complete_scenario, recipe_of
+from dmil.cli.choices import (
+    SCENARIO_OPTIONS,
+    built,
+    complete_scenario,
+    files_as_settings,
+    recipe_of,
+)
 from dmil.cli.help import Command
 from dmil.cli.measures import number
 from dmil.cli.parameters import Option, settings_command
@@ -59,7 +65,9 @@ def _complete(settings: CalibrateParameters) -> CalibrateParameters:
 
 
 @app.command(name="calibrate", cls=Command)
-@settings_command("calibrate", CalibrateParameters, OPTIONS, complete=_complete)
+@settings_command(
+    "calibrate", CalibrateParameters, OPTIONS, complete=_complete, files=files_as_settings
+)
 def command(settings: CalibrateParameters, json: bool) -> None:
     """Measure in one run of SUMO what the queue simulator should use.
 
@@ -81,7 +89,7 @@ def command(settings: CalibrateParameters, json: bool) -> None:
             where="calibration",
             mend="leave it out",
         )
-    scenario = recipe_of(settings).build()
+    scenario = built(recipe_of(settings))
     with waiting("One run of SUMO …"):
         found = calibrate(scenario, settings.seed)
     found.save(settings.out)

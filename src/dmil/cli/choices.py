@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from dmil.cli.parameters import Option, set_option, split
+from dmil.cli.terminal import say
 from dmil.controllers import CONTROLLERS, make_settings
 from dmil.controllers.variants import Variant, parse_variant
+from dmil.demand import SumoDemand
 from dmil.demand.arrivals import DEFAULT_BATCH_VEH
+from dmil.demand.sumo.acting import ACTING
 from dmil.errors import InputError
 from dmil.importing import import_object
 from dmil.network.grid import ENTRY_LINK_TIME_S, LINK_TIME_S
 from dmil.rewards import PAPER_CONSTANTS, Reward, RewardConstants, make_reward
+from dmil.scenarios import Scenario
 from dmil.scenarios.demand_changes import DemandChanges, changes_of
 from dmil.scenarios.recipe import DynamicsChanges, GridChanges, ScenarioRecipe, TimingChanges
 from dmil.training import Policy, load_policy
@@ -83,11 +87,14 @@ SCENARIO_OPTIONS = (
     Option("flow", "--flow", "Scenario", "FILE"),
     Option("net", "--net", "Scenario", "FILE"),
     Option("routes", "--routes", "Scenario", "FILE,FILE"),
+    Option("additional", "--additional", "Scenario", "FILE,FILE"),
     Option("begin_s", "--begin", "Scenario"),
     Option("phases", "--phases", "Scenario", "program|derived"),
-    Option("routing", "--routing", "Scenario", "sumo|free-flow"),
+    Option("routing", "--routing", "Scenario", "sumo|mesoscopic|free-flow"),
     Option("horizon_s", "--steps", "Scenario"),
     Option("load", "--load", "Scenario"),
+    Option("resample", "--resample", "Scenario"),
+    Option("resample_shift_s", "--resample-shift", "Scenario"),
     Option("calibration", "--calibration", "Scenario", "FILE"),
     *DEMAND_OPTIONS,
     Option("timing.decision_interval_s", "--decision-interval", _SIGNALS),
@@ -181,6 +188,8 @@ class ControllerChoice(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _named(cls, value: Any) -> Any:
+        if isinstance(value, dict) and ":" not in str(value.get("name", ":")):
+            return value | {"name": str(value["name"]).lower()}
         return _named(value) if isinstance(value, str) else value
 
     @property
@@ -243,6 +252,44 @@ def recipe_of(settings: ScenarioRecipe) -> ScenarioRecipe:
     """Return the scenario's part of a command's settings (ours)."""
     names = settings.model_fields_set & set(ScenarioRecipe.model_fields)
     return ScenarioRecipe(**{name: getattr(settings, name) for name in names})
+
+
+def built(recipe: ScenarioRecipe) -> Scenario:
+    """Make the scenario, and say what of its files does not act on vehicles here (ours)."""
+    made = recipe.build()
+    for remark in made.demand.remarks if isinstance(made.demand, SumoDemand) else ():
+        if remark.kind in ACTING:
+            what = remark.text.partition(";")[0]
+            say(f"Warning: {remark.count} {what} (first '{remark.example}').")
+    return made
+
+
+def files_as_settings(files: Sequence[str]) -> dict[str, Any]:
+    """Return which parts of a scenario the files are that stand behind a command (ours).
+
+    Parameters
+    ----------
+    files
+        See `dmil.doctor.read_case`.
+
+    Raises
+    ------
+    InputError
+        If they are not what makes a scenario.
+    """
+    from dmil.doctor.arguments import SumoFilesGiven, sort_arguments
+
+    given = sort_arguments(files)
+    if isinstance(given, SumoFilesGiven):
+        if given.configuration is not None:
+            named = given.name or f"sumo:{given.configuration}"
+            return {"scenario": named}
+        found = {"net": given.network, "routes": given.routes, "additional": given.additional}
+    elif given.name:
+        return {"scenario": f"cityflow:{given.name}" if given.network else given.name}
+    else:
+        found = {"roadnet": given.network, "flow": given.flow}
+    return {name: value for name, value in found.items() if value}
 
 
 def complete_scenario(settings: ScenarioRecipe) -> dict[str, Any]:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 from dmil.cli.choices import accepted
 from dmil.cli.terminal import say
 from dmil.controllers import CONTROLLERS, check_controller
-from dmil.controllers.variants import parse_variant
+from dmil.controllers.variants import Variant, parse_variant
 from dmil.errors import InputError
+from dmil.scenarios import Scenario
 from dmil.studies.comparison import REFERENCE, Contender
 from dmil.studies.tuning import load_tuned
 from dmil.training import Policy
@@ -18,11 +19,42 @@ from dmil.training import Policy
 if TYPE_CHECKING:
     from dmil.cli.evaluate import EvaluateParameters
 
-BASELINES = ("fixed-cycle", "longest-queue-first", "max-pressure")
+GRID = "grid:"
+GRID_BASELINES = ("fixed-cycle", "longest-queue-first", "max-pressure")
+"""What stands beside on a grid, as in the paper."""
+BASELINES = (
+    "longest-queue-first,approaching=true",
+    "max-pressure,approaching=true",
+    "factored",
+    "lookahead",
+)
+"""What stands beside a network's own plan: what is hard to beat, and needs no training."""
+REFERENCES = ("program", REFERENCE, "max-pressure,approaching=true")
+"""Whom differences are taken to if nobody is named: the first that is there."""
 
 
-def contenders_of(settings: EvaluateParameters, policies: list[Policy]) -> list[Contender]:
-    """Return everyone who runs; those to judge first, each with a label of its own (ours).
+def baselines_of(scenario: Scenario, simulator: str) -> tuple[str, ...]:
+    """Return who stands beside by default (ours).
+
+    Parameters
+    ----------
+    scenario
+        Where: on a network from files its own plan, or a fixed cycle where it has none.
+    simulator
+        Only SUMO can show a plan under actuated control.
+    """
+    if scenario.name.startswith(GRID):
+        return GRID_BASELINES
+    if not all(item.program for item in scenario.network.intersections):
+        return ("fixed-cycle", *BASELINES)
+    actuated = () if simulator == "queue" else ("actuated",)
+    return ("program", *actuated, *BASELINES)
+
+
+def contenders_of(
+    settings: EvaluateParameters, policies: list[Policy], scenario: Scenario
+) -> tuple[list[Contender], str]:
+    """Return everyone who runs, each with a label of its own, and the reference's label (ours).
 
     Parameters
     ----------
@@ -30,6 +62,8 @@ def contenders_of(settings: EvaluateParameters, policies: list[Policy]) -> list[
         The command's.
     policies
         The policies it names, read.
+    scenario
+        Where they run.
 
     Raises
     ------
@@ -44,32 +78,40 @@ def contenders_of(settings: EvaluateParameters, policies: list[Policy]) -> list[
             unique, count = f"{label} ({count})", count + 1
         made[unique] = Contender(unique, **contender)
 
+    def with_changes(label: str) -> str:
+        return Variant(label, settings.changes).label
+
     settings.make_reward()
     own = {"reward": settings.reward, "reward_constants": settings.reward_constants}
     mode = _mode(settings)
     for path, policy in zip(settings.policy, policies, strict=True):
         options = accepted(policy.controller, mode) | settings.changes
         learned = {"reward": policy.reward, "reward_constants": policy.reward_constants}
-        add(path.name, options=json.dumps(options), policy=str(path), **learned)
+        add(with_changes(path.name), options=json.dumps(options), policy=str(path), **learned)
     for choice in settings.controller:
         check_controller(choice.name)
         # What freezes a learner goes over its defaults, not over what somebody asked for.
         frozen = choice.options | _untrained(choice.name, mode)
         options = frozen | choice.changed | settings.changes
-        add(choice.label, **_named(choice.name, options), **own)
-        _warn_of_nothing_learned(choice.label, options)
+        label = Variant(choice.name, choice.changed | settings.changes).label
+        add(label, **_named(choice.name, options), **own)
+        _warn_of_nothing_learned(label, options)
     for path in settings.tuned:
         tuned = load_tuned(path)
         options = tuned.chosen | _untrained(tuned.controller, mode) | settings.changes
         its = {"reward": tuned.reward, "reward_constants": tuned.reward_constants}
-        add(f"{tuned.label} tuned", **_named(tuned.controller, options), **its)
+        add(with_changes(f"{tuned.label} tuned"), **_named(tuned.controller, options), **its)
         _warn_of_nothing_learned(tuned.label, options, path)
-    for name in BASELINES if settings.baselines else ():
-        if name not in made:
-            add(name, controller=name)
-    if settings.reference not in made and settings.reference != REFERENCE:
-        add(settings.reference, **_reference(settings.reference, list(made)))
-    return list(made.values())
+    for text in baselines_of(scenario, settings.simulator) if settings.baselines else ():
+        if text not in made:
+            variant = parse_variant(text)
+            add(text, **_named(variant.name, dict(variant.options)))
+    reference = next((each for each in REFERENCES if each in made), REFERENCE)
+    if settings.reference is not None:
+        reference = _reference_label(settings.reference, list(made))
+        if reference not in made:
+            add(reference, **_reference(reference, mode, list(made)), **own)
+    return list(made.values()), reference
 
 
 def _named(name: str, options: dict[str, Any]) -> dict[str, Any]:
@@ -84,17 +126,24 @@ def _warn_of_nothing_learned(
         say(f"{label} has learned nothing yet and is frozen: {train}, or add --learn.")
 
 
-def _reference(wanted: str, made: list[str]) -> dict[str, Any]:
+def _reference_label(wanted: str, made: list[str]) -> str:
+    """Return who is meant: a label as it stands, or a policy by its file, or a controller."""
+    if wanted in made:
+        return wanted
+    file = Path(wanted).name
+    policies = [label for label in made if label.partition(",")[0] == file]
+    return policies[0] if policies else parse_variant(wanted).label
+
+
+def _reference(wanted: str, mode: dict[str, Any], made: list[str]) -> dict[str, Any]:
     variant = parse_variant(wanted)
-    entry = CONTROLLERS.get(variant.name)
-    if entry is None or entry.learns:
-        fixed = [name for name, entry in CONTROLLERS.items() if not entry.learns]
+    if ":" not in variant.name and variant.name not in CONTROLLERS:
         raise InputError(
             f"found '{wanted}'",
             where="--reference",
-            expected=f"one of {', '.join(dict.fromkeys([*made, *fixed]))}",
+            expected=f"one of {', '.join(dict.fromkeys([*made, *CONTROLLERS]))}",
         )
-    return {"controller": variant.name, "options": json.dumps(dict(variant.options))}
+    return _named(variant.name, _untrained(variant.name, mode) | dict(variant.options))
 
 
 def _untrained(name: str, mode: dict[str, Any]) -> dict[str, Any]:

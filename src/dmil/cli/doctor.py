@@ -13,6 +13,7 @@ from dmil.cli.doctor_tables import intersection_text
 from dmil.cli.doctor_text import demand_text, findings_text, network_text
 from dmil.cli.help import Command
 from dmil.cli.options import OUTPUT, Debug, Json
+from dmil.cli.parameters import split
 from dmil.cli.terminal import print_json, say, show
 from dmil.doctor import Diagnosis, Finding, IntersectionFacts, examine, read_case
 from dmil.errors import InputError
@@ -29,14 +30,50 @@ app = typer.Typer(add_completion=False)
 @app.command(cls=Command)
 def doctor(
     files: Annotated[
-        list[str],
+        list[str] | None,
         typer.Argument(
-            metavar="FILES",
+            metavar="[FILES]",
             help="A .sumocfg; or a .net.xml with its route files; or a folder of CityFlow's; or "
             "the name of a scenario.",
             show_default=False,
         ),
-    ],
+    ] = None,
+    scenario: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="The same as a name among FILES.", rich_help_panel=SCENARIO
+        ),
+    ] = None,
+    net: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE", help="The same as a network among FILES.", rich_help_panel=SCENARIO
+        ),
+    ] = None,
+    routes: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE,FILE",
+            help="The same as route files among FILES.",
+            rich_help_panel=SCENARIO,
+        ),
+    ] = None,
+    roadnet: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Road network in CityFlow's format, whatever it is called.",
+            rich_help_panel=SCENARIO,
+        ),
+    ] = None,
+    flow: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Vehicles in CityFlow's format, on the roads of that network.",
+            rich_help_panel=SCENARIO,
+        ),
+    ] = None,
     begin: Annotated[
         int | None,
         typer.Option(
@@ -70,9 +107,10 @@ def doctor(
     routing: Annotated[
         str | None,
         typer.Option(
-            metavar="sumo|free-flow",
-            help="Ways of trips without a route: those that SUMO chooses in the traffic (where it "
-            "is installed), or the fastest on empty roads.",
+            metavar="sumo|mesoscopic|free-flow",
+            help="Ways of trips without a route: those that SUMO chooses in the traffic, the same "
+            "by its mesoscopic model in a tenth of the time (the default where it is installed), "
+            "or the fastest on empty roads.",
             rich_help_panel=SCENARIO,
         ),
     ] = None,
@@ -127,8 +165,10 @@ def doctor(
     From 100 % on queues grow under every controller. Vehicles that give way count as if nobody
     were in their way, so real loads are somewhat higher.
     """
+    named = [each for each in (scenario, net) if each] + split(routes or "")
+    named += [str(file) for file in (roadnet, flow) if file]
     case = read_case(
-        files,
+        [*(files or ()), *named],
         begin_s=begin,
         horizon_s=steps,
         phases=_one_of(Phases, phases, "--phases"),
@@ -216,7 +256,7 @@ def _as_json(
     demand = asdict(traffic) if traffic else None
     if demand:
         # They stand with the intersections and findings.
-        for name in ("load", "crossing", "entries_veh_per_s"):
+        for name in ("load", "crossing", "entries_veh_per_s", "ends"):
             del demand[name]
     shown = diagnosis.intersections if chosen is None else [chosen]
     return {

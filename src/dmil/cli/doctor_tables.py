@@ -167,8 +167,8 @@ def _load_text(item: IntersectionFacts) -> str:
     own = item.load.program_degree
     planned = "" if own is None else f"; own program {percent(own).plain}"
     return (
-        f"{item.vehicles} vehicles pass; in the busiest 15 min {item.load.degree:.0%} of its time"
-        f"{planned}"
+        f"{item.vehicles} vehicles pass; in the busiest 15 min {percent(item.load.degree).plain} "
+        f"of its time{planned}"
     )
 
 

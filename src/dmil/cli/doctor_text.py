@@ -17,11 +17,13 @@ from dmil.cli.doctor_tables import (
     inside,
     intersection_text,
     one_each,
+    percent,
     short,
 )
+from dmil.cli.measures import own_or_s
 from dmil.cli.terminal import entries
 from dmil.doctor import Diagnosis, Finding
-from dmil.doctor.kinds import Severity
+from dmil.doctor.kind import Severity
 from dmil.doctor.traffic import PEAK_S
 
 MOST_ROWS = 24
@@ -104,7 +106,7 @@ def demand_text(diagnosis: Diagnosis) -> Iterator[RenderableType]:
                 f"{traffic.signals_passed:.1f} in the mean",
                 "run": f"{_time(case.begin_s)} to {_time(case.begin_s + case.horizon_s)}; a "
                 f"decision every {case.timing.decision_interval_s} s, clearance "
-                f"{case.timing.clearance_s} s",
+                f"{own_or_s(case.timing.clearance_s)}",
                 "can it be served?": _verdict(diagnosis),
             }
         )
@@ -184,7 +186,7 @@ def _verdict(diagnosis: Diagnosis) -> Text:
     )
     return Text.assemble(
         (words, style),
-        f": intersection {short(name)} needs {loads[name]:.0%} of its time{period}",
+        f": intersection {short(name)} needs {percent(loads[name]).plain} of its time{period}",
     )
 
 

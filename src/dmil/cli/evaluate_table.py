@@ -34,7 +34,45 @@ SHOWN = (
     Measure("entries_per_agent", "memory entries", "per intersection", 1, True),
     Measure("bytes_per_intersection", "memory bytes", "per intersection", 0, True),
 )
-LABEL_WIDTH, COLUMN_WIDTH = 16, 15
+LABEL_WIDTH, COLUMN_WIDTH = 16, 20
+
+
+def ranking_table(found: Comparison, measure: Measure) -> Table:
+    """Return one measure of all contenders: how it varies over seeds, and the differences (ours).
+
+    Parameters
+    ----------
+    found
+        The comparison, ranked.
+    measure
+        Which measure.
+    """
+    several = len(found.seeds) > 1 and not found.one_day
+    mean, spread = found.mean(measure.name), found.spread(measure.name)
+    difference = found.difference(measure.name)
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0), pad_edge=False)
+    table.add_column(f"{measure.label}, {measure.unit}", width=COLUMN_WIDTH, overflow="fold")
+    heads = ["mean", "median", "IQM", "worst"] if several else ["mean"]
+    if difference is not None:
+        heads.append(f"− {found.reference}")
+    for head in heads:
+        wide = COLUMN_WIDTH if head.startswith("−") else 0
+        table.add_column("\n".join(_name_lines(head)), justify="right", min_width=wide)
+    for i, label in enumerate(found.labels):
+        cells = [_cell(mean, i, measure, plain=True)]
+        if several:
+            cells += [number(float(each[i]), measure.digits) for each in spread.values()]
+        if difference is not None:
+            same = label == found.reference
+            cells.append("" if same else _cell(difference, i, measure, "+", apart=" "))
+        table.add_row("\n".join(_name_lines(label)), *cells)
+    return table
+
+
+def _name_lines(label: str) -> list[str]:
+    """Break a contender's name where its options begin, and between words where it is longer."""
+    parts = re.split("(?<=[:,])", label)
+    return [line for part in parts for line in textwrap.wrap(part, COLUMN_WIDTH)]
 
 
 def comparison_table(found: Comparison, columns: range) -> Table:
@@ -50,8 +88,7 @@ def comparison_table(found: Comparison, columns: range) -> Table:
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=0)
     table.add_column("", width=LABEL_WIDTH, no_wrap=True)
     for i in columns:
-        parts = re.split("(?<=:)", found.labels[i])
-        head = "\n".join(line for part in parts for line in textwrap.wrap(part, COLUMN_WIDTH))
+        head = "\n".join(_name_lines(found.labels[i]))
         table.add_column(head, width=COLUMN_WIDTH, justify="right", overflow="fold")
     reference = "\n".join(textwrap.wrap(f"− {found.reference}", LABEL_WIDTH))
     for measure in SHOWN:
@@ -78,16 +115,24 @@ def _label(measure: Measure) -> Text:
 
 
 def _cell(
-    estimate: Estimate, i: int, measure: Measure, sign: str = "", *, plain: bool = False
+    estimate: Estimate,
+    i: int,
+    measure: Measure,
+    sign: str = "",
+    *,
+    plain: bool = False,
+    apart: str = "\n",
 ) -> str:
     """Return a mean, and its interval on a second line unless that is not wanted."""
     value, low, high = (
         float(each[i]) * measure.factor for each in (estimate.value, estimate.low, estimate.high)
     )
-    if value == low == high == 0 and not sign:
+    if value == 0 and not sign and (low == high == 0 or low != low):
         return "0"
     digits = measure.digits
     mean = number(value, digits, sign)
     return (
-        mean if low != low or plain else f"{mean}\n[{number(low, digits)}, {number(high, digits)}]"
+        mean
+        if low != low or plain
+        else f"{mean}{apart}[{number(low, digits)}, {number(high, digits)}]"
     )

@@ -16,19 +16,22 @@ from dmil.cli.choices import (
     ControllerChoice,
     SimulatorChoice,
     accepted,
+    built,
     complete_scenario,
     controller_options,
+    files_as_settings,
     policy_from,
     with_scenario_of,
 )
+from dmil.cli.export_plan import write_plans
 from dmil.cli.help import Command
 from dmil.cli.measures import number
 from dmil.cli.parameters import Option, settings_command
 from dmil.cli.terminal import print_json, say, show, waiting
 from dmil.compilation import is_cold
-from dmil.controllers import make_controller
+from dmil.controllers import CONTROLLERS, make_controller
 from dmil.errors import InputError
-from dmil.network.sumo import write_sumo_network
+from dmil.network.sumo import SumoSignals, write_sumo_network
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
@@ -36,7 +39,6 @@ from dmil.seeding import LARGEST_SEED
 from dmil.simulation import make_simulator
 from dmil.simulation.measures import Measures
 from dmil.simulation.sumo import SumoSimulator
-from dmil.simulation.sumo.programs import Plan, write_programs
 from dmil.studies import compile_kernels
 from dmil.studies.comparison import Contender
 from dmil.training import Policy, evaluate, vehicles_of_seed
@@ -89,7 +91,7 @@ def _complete(settings: ExportParameters) -> ExportParameters:
 
 
 @app.command(cls=Command)
-@settings_command("export", ExportParameters, OPTIONS, complete=_complete)
+@settings_command("export", ExportParameters, OPTIONS, complete=_complete, files=files_as_settings)
 def export(settings: ExportParameters, json: bool) -> None:
     """Write what a controller did as signal programs for SUMO, and as a table of signal events.
 
@@ -98,10 +100,13 @@ def export(settings: ExportParameters, json: bool) -> None:
         dmil export --scenario resco/cologne8 --controller max-pressure --simulator sumo
         sumo -c city.sumocfg -a plan/programs.add.xml
 
-    The controller runs once, frozen. signals.csv has one row per change of phase. programs.add.xml
+    The controller runs once, as evaluate runs it: policies frozen, what needs no training learning
+    from the first second. signals.csv has one row per change of phase. programs.add.xml
     has the mean cycle that it drove at every intersection: its phases in their most frequent order,
     each as long as it was in the mean. SUMO shows a program that it loads after the network's own.
-    With --plans 900 there is one for every 15 minutes, switched by the clock.
+    With --plans 900 there is one for every 15 minutes, switched by the clock. Yellow, all-red,
+    least greens and offsets are those of the network's own plan, or longer where you gave more; a
+    plan in which conflicting movements have green is not written.
 
     A fixed-time plan cannot do what the controller does, which looks at the traffic: where SUMO is
     installed, both are run in it and compared. A .sumocfg that names additional files needs them
@@ -115,7 +120,7 @@ def export(settings: ExportParameters, json: bool) -> None:
             expected="one of the two",
             mend="leave out --policy or --controller",
         )
-    scenario = with_scenario_of(settings, policy).build()
+    scenario = built(with_scenario_of(settings, policy))
     contender = _contender(settings, policy)
     if is_cold() and settings.simulator == "queue":
         with waiting("First start: compiling kernels, once …"):
@@ -133,22 +138,22 @@ def export(settings: ExportParameters, json: bool) -> None:
     write_signal_events(files[0], events, scenario.network)
     plans = _plans(settings, scenario, events)
     compared: dict[str, Measures] = {}
-    signals, begin_s = (scenario.sumo.signals, scenario.sumo.begin_s) if scenario.sumo else ((), 0)
-    if settings.network and not scenario.sumo:
+    signals: tuple[SumoSignals, ...] = ()
+    net_file, begin_s = Path(), 0
+    if scenario.sumo:
+        signals, begin_s = scenario.sumo.signals, scenario.sumo.begin_s
+        net_file = scenario.sumo.net_file
+    elif settings.network:
         written = write_sumo_network(scenario.network, settings.out)
-        signals = written.signals
-        files.append(written.net_file)
+        signals, net_file = written.signals, written.net_file
+        files.append(net_file)
     if signals:
         files.append(settings.out / PROGRAMS)
-        timetable = [
-            (since_s, [Plan(cycle.phases, cycle.green_s) for cycle in cycles])
-            for since_s, cycles in plans
-        ]
-        write_programs(files[-1], timetable, signals, scenario.timing, begin_s)
+        write_plans(files[-1], plans, scenario.network, scenario.timing, signals, net_file, begin_s)
         if scenario.sumo and importlib.util.find_spec("libsumo"):
             with waiting("Both in SUMO …"):
                 compared = _compare(settings, scenario, contender, files[-1])
-    notes = _notes(scenario, plans) if signals else []
+    notes = [*_worth(settings, policy), *(_notes(scenario, plans) if signals else [])]
     if json:
         print_json(_as_json(scenario, contender, files, plans, compared, notes))
         return
@@ -169,11 +174,31 @@ def export(settings: ExportParameters, json: bool) -> None:
 
 def _contender(settings: ExportParameters, policy: Policy | None) -> Contender:
     name = policy.controller if policy else settings.controller.name
-    frozen = accepted(name, {"learning": False, "epsilon": 0.0})
+    # As evaluate runs it: what needs no training learns from the first second.
+    entry = CONTROLLERS.get(name)
+    online = policy is None and entry is not None and entry.online
+    frozen = {} if online else accepted(name, {"learning": False, "epsilon": 0.0})
     options = json_module.dumps(frozen | settings.controller.options)
     if settings.policy is None:
         return Contender(name, name, options)
     return Contender(settings.policy.name, options=options, policy=str(settings.policy))
+
+
+def _worth(settings: ExportParameters, policy: Policy | None) -> list[str]:
+    """Say what of a learner the plan is made from."""
+    entry = CONTROLLERS.get(settings.controller.name)
+    if policy is not None or entry is None or not entry.learns:
+        return []
+    name = settings.controller.name
+    if entry.online:
+        return [
+            f"The plan is what {name} did in seed {settings.seed} while it learned from the first "
+            "second, as evaluate runs it."
+        ]
+    return [
+        f"{name} has learned nothing yet and is frozen: the plan is worth no more than that. Train "
+        "it and export its --policy."
+    ]
 
 
 def _run(

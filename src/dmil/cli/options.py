@@ -25,6 +25,16 @@ Debug = Annotated[
         rich_help_panel=OUTPUT,
     ),
 ]
+Trust = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--trust",
+        metavar="MODULE:NAME",
+        help="Code of yours that a file may name, too (a policy, a tuned controller, --config): it "
+        "is imported and run. What another option names is trusted as well.",
+        rich_help_panel="Configuration",
+    ),
+]
 Config = Annotated[
     Path | None,
     typer.Option(

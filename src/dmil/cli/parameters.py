@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import typing
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -26,12 +26,21 @@ from dmil.cli.configuration import (
     with_tables,
     without,
 )
-from dmil.cli.options import Config, Debug, Json, PrintConfig
+from dmil.cli.options import Config, Debug, Json, PrintConfig, Trust
 from dmil.cli.terminal import print_json
 from dmil.controllers.variants import read_options
 from dmil.errors import InputError
 
 SET = "--set"
+FILES = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="[FILES]",
+        help="A .sumocfg; or a .net.xml with its route files; or a folder or files of CityFlow's; "
+        "or the name of a scenario. In place of --scenario, --net and the like.",
+        show_default=False,
+    ),
+]
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -157,6 +166,7 @@ def settings_command(
     options: tuple[Option, ...],
     *,
     complete: Callable[[Model], BaseModel] = lambda settings: settings,
+    files: Callable[[Sequence[str]], Mapping[str, Any]] | None = None,
 ) -> Callable[[Callable[[Model, bool], None]], Callable[..., None]]:
     """Turn a function of settings into a command with options, ``--config`` and ``--json`` (ours).
 
@@ -170,22 +180,34 @@ def settings_command(
         Which fields have an option, and how.
     complete
         Fills in for ``--print-config`` what the program would fill in later.
+    files
+        Says which fields the files are that stand behind the command; by default it takes none.
     """
 
     def decorate(function: Callable[[Model, bool], None]) -> Callable[..., None]:
         def command(**given: Any) -> None:
             file, print_config = given.pop("config"), given.pop("print_config")
             json = given.pop("json")
-            del given["debug"]
-            settings = _settings(kind, options, given, file)
+            del given["debug"], given["trust"]  # the command line as a whole has been asked
+            behind = given.pop("files", None)
+            named = dict(files(behind)) if files is not None and behind else {}
+            settings = _settings(kind, options, given, file, named)
             if print_config:
                 text = as_toml(complete(settings), f"Parameters of: dmil {name}")
                 print_json({"toml": text}) if json else typer.echo(text, nl=False)
                 return
             function(settings, json)
 
-        shared = {"config": Config, "print_config": PrintConfig, "json": Json, "debug": Debug}
+        shared = {
+            "trust": Trust,
+            "config": Config,
+            "print_config": PrintConfig,
+            "json": Json,
+            "debug": Debug,
+        }
         annotations = {option.name: option.annotation(kind) for option in options} | shared
+        if files is not None:
+            annotations = {"files": FILES, **annotations}
         defaults = {"print_config": False, "json": False, "debug": False}
         signature = inspect.Signature(
             [
@@ -208,11 +230,16 @@ def settings_command(
 
 
 def _settings(
-    kind: type[Model], options: tuple[Option, ...], given: Mapping[str, Any], file: Path | None
+    kind: type[Model],
+    options: tuple[Option, ...],
+    given: Mapping[str, Any],
+    file: Path | None,
+    named: Mapping[str, Any],
 ) -> Model:
-    """Lay the options that were given over the file's values and check them all."""
+    """Lay the files and options that were given over the file's values and check them all."""
     values: Values = with_tables(read_file(file, kind), kind) if file else {}
-    places: dict[str, str] = {}
+    values |= named
+    places: dict[str, str] = dict.fromkeys(named, "FILES")
     for option in options:
         typed = given[option.name]
         if typed is None or typed == []:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -11,7 +12,8 @@ from dmil.cli.help import Command
 from dmil.cli.options import Debug, Json
 from dmil.cli.terminal import entries, print_json, show
 from dmil.controllers.agents import agents_of
-from dmil.scenarios import Scenario, scenario, scenario_names
+from dmil.scenarios import Scenario, scenario_names
+from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.training import vehicles_of_seed
 
 app = typer.Typer(add_completion=False)
@@ -22,6 +24,17 @@ def scenarios(
     name: Annotated[
         str | None,
         typer.Argument(metavar="[NAME]", help="Scenario to describe.", show_default=False),
+    ] = None,
+    roadnet: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Road network in CityFlow's format, with a flow, in place of a name.",
+        ),
+    ] = None,
+    flow: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Vehicles in CityFlow's format, on those roads."),
     ] = None,
     json: Json = False,
     debug: Debug = False,
@@ -37,14 +50,15 @@ def scenarios(
     description counts intersections by shape: those of one shape can share a memory, and a policy
     fits only the shapes that it was trained on.
     """
-    if name is None:
+    if name is None and roadnet is None and flow is None:
         names = scenario_names()
         if json:
             print_json({"scenarios": names})
         else:
             show(entries(names), "", "Describe one: dmil scenarios grid:5x5")
         return
-    found = _described(scenario(name))
+    recipe = ScenarioRecipe(scenario=name, roadnet=roadnet, flow=flow)
+    found = _described(recipe.build())
     if json:
         print_json(found)
     else:

@@ -20,8 +20,10 @@ from dmil.cli.choices import (
     RewardChoice,
     SimulatorChoice,
     accepted,
+    built,
     complete_scenario,
     controller_options,
+    files_as_settings,
     policy_from,
     with_scenario_of,
 )
@@ -37,6 +39,7 @@ from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED, stream
 from dmil.simulation import make_simulator
+from dmil.simulation.stand_ins import stand_ins
 from dmil.statistics import mean_interval
 from dmil.studies import compile_kernels
 from dmil.studies.block import measures_row
@@ -87,7 +90,9 @@ def _complete(settings: SimulateParameters) -> SimulateParameters:
 
 
 @app.command(cls=Command)
-@settings_command("simulate", SimulateParameters, OPTIONS, complete=_complete)
+@settings_command(
+    "simulate", SimulateParameters, OPTIONS, complete=_complete, files=files_as_settings
+)
 def simulate(settings: SimulateParameters, json: bool) -> None:
     """Run one controller on one scenario and print what was measured.
 
@@ -121,7 +126,7 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
             mend="leave them out: the policy brings its own",
         )
     recipe = with_scenario_of(settings, policy)
-    scenario = recipe.build()
+    scenario = built(recipe)
     contender = _contender(settings, policy)
     reward = (policy or settings).make_reward()
     contender.make(scenario.network)
@@ -132,6 +137,9 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
             expected=" or ".join(SERIES_ENDINGS),
         )
     simulator = make_simulator(scenario, settings.simulator, emissions=settings.emissions)
+    if settings.simulator == "queue" and settings.controller.name == "program":
+        for sentence in stand_ins(scenario.network):
+            say(f"Warning: {sentence}.")
     rows, series = [], []
     seeds = range(settings.seed, settings.seed + settings.seeds)
     with contextlib.ExitStack() as stack:

@@ -16,14 +16,17 @@ from dmil.cli.choices import (
     ControllerChoice,
     RewardChoice,
     SimulatorChoice,
+    built,
     complete_scenario,
     controller_options,
+    files_as_settings,
     recipe_of,
 )
 from dmil.cli.help import Command
 from dmil.cli.measures import number
 from dmil.cli.parameters import Option, settings_command
 from dmil.cli.terminal import print_json, say, show, waiting
+from dmil.cli.train_verdict import as_json, judged, verdict
 from dmil.compilation import is_cold
 from dmil.controllers import CONTROLLERS, MemoryController, make_controller
 from dmil.errors import InputError
@@ -32,6 +35,7 @@ from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED
 from dmil.simulation import make_simulator
 from dmil.studies import compile_kernels
+from dmil.studies.comparison import Comparison
 from dmil.studies.tuning import load_tuned
 from dmil.training import (
     Policy,
@@ -43,6 +47,8 @@ from dmil.training import (
     train_prior,
 )
 from dmil.training import train as train_episodes
+
+UNKNOWN = "Not compared yet: rules and memories that need no training may be better; this tells:"
 
 
 class TrainParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
@@ -67,6 +73,11 @@ class TrainParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
         description="Begin with what a dummy agent (exact SARSA, ε = 0.1) learns in one run, as in "
         "the paper's training phase; for sarsa and dual-memory.",
     )
+    compare: bool = Field(
+        True,
+        description="Say at the end how the policy compares with what needs no training, in the "
+        "queue simulator.",
+    )
     out: Path | None = Field(
         None, description="File of the policy, .npz; with --resume by default the resumed one."
     )
@@ -87,6 +98,7 @@ OPTIONS = (
     Option("seed", "--seed", "Training"),
     Option("prior", "--prior", "Training"),
     Option("resume", "--resume", "Training", "FILE"),
+    Option("compare", "--compare", "Output"),
     Option("out", "--out", "Output", "FILE"),
 )
 
@@ -99,7 +111,7 @@ def _complete(settings: TrainParameters) -> TrainParameters:
 
 
 @app.command(cls=Command)
-@settings_command("train", TrainParameters, OPTIONS, complete=_complete)
+@settings_command("train", TrainParameters, OPTIONS, complete=_complete, files=files_as_settings)
 def train(settings: TrainParameters, json: bool) -> None:
     """Train a controller and save its policy to a file.
 
@@ -115,6 +127,9 @@ def train(settings: TrainParameters, json: bool) -> None:
     in s, W/V_c, and the memory's entries per intersection. These numbers include exploration: use
     evaluate to judge the policy.
 
+    The last lines set the policy beside rules and memories that need no training: often these are
+    better, on your network, too. (Not with --simulator sumo: evaluate tells it there.)
+
     Ctrl-C keeps the last finished episode. A resumed training ends with the same bytes as one that
     was not interrupted.
     """
@@ -128,7 +143,7 @@ def train(settings: TrainParameters, json: bool) -> None:
         raise InputError(
             "no file for the policy", where="--out", mend="add for example: --out policy.npz"
         )
-    scenario = recipe_of(settings).build()
+    scenario = built(recipe_of(settings))
     reward = settings.make_reward()
     simulator = make_simulator(scenario, settings.simulator)
     done = int(before.training["episodes"]) if before else 0
@@ -179,12 +194,26 @@ def train(settings: TrainParameters, json: bool) -> None:
         )
     except KeyboardInterrupt:
         raise StoppedError(_how_to_go_on(settings, out, _kept(out) if rows else done)) from None
+    found = _judged(settings, scenario, out) if rows and settings.compare else None
     if json:
-        print_json({"policy": out, "scenario": scenario.name, "episodes": rows})
+        compared = {"compared": as_json(found)} if found else {}
+        print_json({"policy": out, "scenario": scenario.name, "episodes": rows} | compared)
     elif not rows:
         show(f"{settings.resume} has its {done} episodes already; for more, add --episodes N.")
     else:
+        show(*(verdict(found, out) if found else [UNKNOWN]))
         show(f"Policy: {out}. Judge it: dmil evaluate --policy {out}")
+
+
+def _judged(settings: TrainParameters, scenario: Scenario, out: Path) -> Comparison | None:
+    """Compare the policy where that is quick, and where it runs no code of others."""
+    if settings.simulator != "queue" or ":" in settings.controller.name:
+        return None
+    try:
+        with waiting("comparing it with what needs no training"):
+            return judged(out, load_policy(out), recipe_of(settings), scenario)
+    except KeyboardInterrupt:
+        raise StoppedError(f"the policy is whole; judge it: dmil evaluate --policy {out}") from None
 
 
 def _resumed(settings: TrainParameters, policy: Policy, where: str) -> TrainParameters:
@@ -203,7 +232,8 @@ def _resumed(settings: TrainParameters, policy: Policy, where: str) -> TrainPara
         "prior": record["prior"],
     }
     trained = TrainParameters(**own)
-    for name in settings.model_fields_set - {"episodes", "out", "resume"}:
+    new = ("episodes", "out", "resume", "compare")
+    for name in settings.model_fields_set - set(new):
         given, found = getattr(settings, name), getattr(trained, name)
         if name == "controller":
             given = given.complete()
@@ -213,8 +243,7 @@ def _resumed(settings: TrainParameters, policy: Policy, where: str) -> TrainPara
                 where=f"--resume {where}",
                 expected="the same, or none: only --episodes and --out can be new",
             )
-    lengths = {name: getattr(settings, name) for name in ("episodes", "out", "resume")}
-    return trained.model_copy(update=lengths)
+    return trained.model_copy(update={name: getattr(settings, name) for name in new})
 
 
 def _begins_from_prior(name: str) -> bool:

@@ -17,6 +17,7 @@ from dmil.cli.choices import (
     SimulatorChoice,
     complete_scenario,
     controller_options,
+    files_as_settings,
     recipe_of,
 )
 from dmil.cli.help import Command
@@ -90,7 +91,7 @@ def _complete(settings: TuneParameters) -> TuneParameters:
 
 
 @app.command(cls=Command)
-@settings_command("tune", TuneParameters, OPTIONS, complete=_complete)
+@settings_command("tune", TuneParameters, OPTIONS, complete=_complete, files=files_as_settings)
 def tune(settings: TuneParameters, json: bool) -> None:
     """Choose options of controllers on tuning seeds, with the same budget for each.
 

@@ -15,9 +15,9 @@ from dmil.controllers.settings import (
     MaxPressureSettings,
 )
 from dmil.errors import InputError
-from dmil.network import Intersection
 from dmil.simulation import Observation
 from dmil.simulation.pressure import movement_pressure
+from dmil.simulation.stand_ins import covering_phases
 from dmil.simulation.timing import ACTUATED, PROGRAM
 
 
@@ -71,7 +71,8 @@ class ProgramController:
     """Leaves every intersection to the program that the network's file has for it.
 
     In SUMO an actuated program adapts to the traffic; the queue simulator shows its greens as long
-    as the file says.
+    as the file says. A control that only SUMO can run, such as NEMA, is SUMO's there; what the
+    queue simulator shows instead: see `dmil.simulation.stand_ins`.
     """
 
     asks_for = PROGRAM
@@ -85,7 +86,7 @@ class ProgramController:
             If an intersection has none.
         """
         for item in situation.network.intersections:
-            if item.program is None:
+            if item.program is None and not item.own_control:
                 raise InputError(
                     "it has no signal program of its own",
                     where=f"intersection '{item.id}'",
@@ -160,14 +161,3 @@ class MaxPressureController:
         if self.settings.approaching:
             pressure_veh += observation.approaching_veh
         return self._choice.best(pressure_veh, observation.phase)
-
-
-def covering_phases(intersection: Intersection) -> list[int]:
-    """Return the phases that serve a movement which no earlier one of them serves (ours)."""
-    covered: frozenset[int] = frozenset()
-    chosen = []
-    for phase, movements in enumerate(intersection.phases):
-        if not movements <= covered:
-            chosen.append(phase)
-            covered |= movements
-    return chosen or [0]

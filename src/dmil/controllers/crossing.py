@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from dmil.compilation import kernel
 from dmil.controllers.protocol import FloatArray, IntArray
-from dmil.simulation.timing import Rules
+from dmil.scenarios import UniformTiming
 
 LongArray = npt.NDArray[np.int64]
 
@@ -37,7 +37,7 @@ class Crossing(NamedTuple):
         Vehicles that reach the stop line in every second; whole decision intervals.
     headway_s: float
         Time between two vehicles of a lane.
-    rules: Rules
+    rules: UniformTiming
         Signal timing; clearance and start-up lost time end within a decision interval.
     """
 
@@ -46,7 +46,7 @@ class Crossing(NamedTuple):
     lane_offset: IntArray
     arriving_veh: IntArray
     headway_s: float
-    rules: Rules
+    rules: UniformTiming
 
 
 class States(NamedTuple):

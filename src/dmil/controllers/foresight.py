@@ -25,8 +25,8 @@ from dmil.controllers.merits import PhaseChoice, signalled
 from dmil.controllers.protocol import FloatArray, IntArray, Situation
 from dmil.errors import InputError
 from dmil.network import Intersection
+from dmil.scenarios import signal_times, uniform_timing
 from dmil.simulation import Observation
-from dmil.simulation.timing import rules_of
 
 WHERE = "controller 'foresight'"
 
@@ -114,7 +114,13 @@ def crossing_of(situation: Situation) -> Crossing:
     if len(network.intersections) != 1:
         raise _refusal(f"the network has {len(network.intersections)} intersections", "one")
     item = network.intersections[0]
-    lost_s = timing.clearance_s + timing.startup_lost_s
+    rules = uniform_timing(timing, network, 0)
+    if any(times.min() != times.max() for times in signal_times(timing, network)):
+        raise _refusal(
+            "clearance or greens differ from phase to phase, as in its plan",
+            "the same for all, as --clearance, --all-red, --min-green and --max-green give them",
+        )
+    lost_s = rules.clearance_s + rules.startup_lost_s
     if lost_s > timing.decision_interval_s:
         raise _refusal(
             f"clearance and start-up take {lost_s} s",
@@ -132,7 +138,7 @@ def crossing_of(situation: Situation) -> Crossing:
         lane_offset=np.cumsum(lanes).astype(np.int32),
         arriving_veh=_arrivals(situation),
         headway_s=1 / situation.dynamics.saturation_flow_veh_per_s,
-        rules=rules_of(timing),
+        rules=rules,
     )
 
 

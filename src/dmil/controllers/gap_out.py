@@ -23,10 +23,10 @@ import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.compilation import kernel
-from dmil.controllers.baselines import covering_phases
 from dmil.controllers.merits import signalled
 from dmil.controllers.protocol import FloatArray, IntArray, Situation
 from dmil.simulation import Observation
+from dmil.simulation.stand_ins import covering_phases
 
 BoolArray = npt.NDArray[np.bool_]
 

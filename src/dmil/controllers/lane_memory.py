@@ -12,6 +12,7 @@ from dmil.controllers.lane_groups import LaneGroups, lane_groups
 from dmil.controllers.lane_state import KEPT, PARTLY, SWITCHED, Scratch, Seen, ShortTerm
 from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
 from dmil.errors import DivergedError, PolicyError
+from dmil.scenarios import lost_s
 from dmil.simulation import Observation
 
 FIRST_RATE_VEH = 0.5
@@ -64,9 +65,8 @@ class LaneMemory(ABC, Generic[Table]):
         self._groups = groups = lane_groups(situation)
         self._short, self._scratch = _short_term(groups), _scratch(groups, self._lookups)
         self._asked: IntArray | None = None
-        timing = situation.timing
-        lost_s = timing.clearance_s + timing.startup_lost_s
-        columns = 1 + (PARTLY if groups.partly.any() else SWITCHED if lost_s else KEPT)
+        lost = lost_s(situation.timing, situation.network)
+        columns = 1 + (PARTLY if groups.partly.any() else SWITCHED if lost.any() else KEPT)
         if self._table is None:
             self._table = self._new_table(columns)
         elif self._table.residual.shape[1] < columns:
@@ -76,7 +76,8 @@ class LaneMemory(ABC, Generic[Table]):
                 expected="a memory that has learned where signals lose time as here",
                 mend="train it on this network, with its signal timing",
             )
-        self._prepare(max(0.0, 1.0 - lost_s / timing.decision_interval_s))
+        # One table serves all intersections: what a change costs there is taken in the mean.
+        self._prepare(max(0.0, 1.0 - float(lost.mean()) / situation.decision_interval_s))
 
     @property
     def table(self) -> Table:

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from dmil.compilation import kernel
 from dmil.controllers.protocol import FloatArray, IntArray
 from dmil.network import RoadNetwork
-from dmil.scenarios import SignalTiming
+from dmil.scenarios import SignalTiming, lost_s
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -20,9 +20,9 @@ class PhaseChoice:
     r"""Chooses for every intersection the phase whose movements have the highest merit (ours).
 
     The merit M(q) of a phase is the sum over the movements it serves. With the phase p shown, a
-    switch to q costs L = ``clearance_s`` + ``startup_lost_s`` of the T seconds until the next
-    decision, in which the movements of q that have red now do not go yet; those green in both
-    phases go on. p therefore stays unless some q has
+    switch to q costs L, the mean clearance of the intersection's changes and ``startup_lost_s``, of
+    the T seconds until the next decision, in which the movements of q that have red now do not go
+    yet; those green in both phases go on. p therefore stays unless some q has
 
         M(q) − h·L / (T − L) · max(0, M(p \ q)) > M(p),
 
@@ -46,9 +46,9 @@ class PhaseChoice:
         self._served = signalled(network)
         self._phase_count = np.array([len(item.phases) for item in network.intersections])
         self._score = np.zeros(self._served.shape[1])
-        lost_s = timing.clearance_s + timing.startup_lost_s
+        lost = lost_s(timing, network)
         # Signals move in steps of 1 s: less than one is never left to go.
-        self._cost = hysteresis * lost_s / max(timing.decision_interval_s - lost_s, 1)
+        self._cost = hysteresis * lost / np.maximum(timing.decision_interval_s - lost, 1)
 
     def best(self, merit: npt.NDArray[np.generic], shown: IntArray) -> IntArray:
         """Return the best phase of every intersection.
@@ -99,7 +99,7 @@ def choose_best(
     phase_count: npt.NDArray[np.int64],
     merit: FloatArray,
     shown: IntArray,
-    cost: float,
+    cost: FloatArray,
     score: FloatArray,
     phases: IntArray,
 ) -> None:
@@ -112,7 +112,7 @@ def choose_best(
     phase_count: (intersections,) int64
     merit: (intersections, orientations) float64
     shown: (intersections,) int32
-    cost: float
+    cost: (intersections,) float64
         h·L / (T − L).
     score: (phases,) float64
         Working space.
@@ -130,7 +130,7 @@ def choose_best(
                 elif kept >= 0 and served[i, kept, j]:
                     lost += merit[i, j]
             if q != kept and lost > 0.0:
-                total -= cost * lost
+                total -= cost[i] * lost
             score[q] = total
             highest = max(highest, total)
         best = 0

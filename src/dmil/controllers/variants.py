@@ -37,7 +37,7 @@ class Variant:
 
 
 def parse_variant(text: str) -> Variant:
-    """Read ``NAME,option=value,option=value`` (ours).
+    """Read ``NAME,option=value,option=value``; capitals in the name do not matter (ours).
 
     Whether there is such a controller with such options, `make_controller` says.
 
@@ -53,7 +53,10 @@ def parse_variant(text: str) -> Variant:
             where="controller",
             expected="NAME or NAME,option=value, such as max-pressure,approaching=true",
         )
-    return Variant(name, read_options(parts, where=f"controller '{name}'"))
+    # A class of one's own is named as Python writes it.
+    return Variant(
+        name if ":" in name else name.lower(), read_options(parts, where=f"controller '{name}'")
+    )
 
 
 def read_options(texts: Iterable[str], *, where: str) -> dict[str, Any]:

@@ -32,14 +32,14 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
-from dmil.controllers.baselines import covering_phases
 from dmil.controllers.cycles import Cycles
 from dmil.controllers.protocol import FloatArray, IntArray, Situation
 from dmil.demand import Vehicles
 from dmil.errors import InputError
 from dmil.network import Intersection, RoadNetwork
-from dmil.scenarios import SignalTiming
+from dmil.scenarios import UniformTiming, uniform_timing
 from dmil.simulation import Observation
+from dmil.simulation.stand_ins import covering_phases
 
 PRACTICAL_SATURATION = 0.9
 """Degree of saturation above which queues of random arrivals grow long (Webster 1958)."""
@@ -101,9 +101,14 @@ class WebsterController:
         saturation = (
             self.settings.saturation_flow_veh_per_s or situation.dynamics.saturation_flow_veh_per_s
         )
+        network, timing = situation.network, situation.timing
         self.plans = [
-            self._plan(item, flow_ratios(item, flow, saturation), situation.timing)
-            for item, flow in zip(situation.network.intersections, flow_veh_per_s, strict=True)
+            self._plan(
+                item, flow_ratios(item, flow, saturation), uniform_timing(timing, network, i)
+            )
+            for i, (item, flow) in enumerate(
+                zip(network.intersections, flow_veh_per_s, strict=True)
+            )
         ]
         cycles = [
             [phase for phase, intervals in plan.items() for _ in range(intervals)]
@@ -116,7 +121,7 @@ class WebsterController:
         return self._cycles.at(observation.time_s)
 
     def _plan(
-        self, item: Intersection, ratio: Sequence[float], timing: SignalTiming
+        self, item: Intersection, ratio: Sequence[float], timing: UniformTiming
     ) -> dict[int, int]:
         """Return how many decision intervals each phase of the cycle is shown.
 
@@ -231,7 +236,7 @@ def webster_cycle_s(lost_s: float, flow_ratio: float) -> float:
     return (1.5 * lost_s + 5.0) / (1.0 - flow_ratio) if flow_ratio < 1.0 else math.inf
 
 
-def intervals_allowed(timing: SignalTiming) -> tuple[int, float]:
+def intervals_allowed(timing: UniformTiming) -> tuple[int, float]:
     """Return the least and the most decision intervals that the signals let a phase last (ours)."""
     least_s = timing.clearance_s + max(timing.min_green_s, 1)
     least = math.ceil(least_s / timing.decision_interval_s)
@@ -242,7 +247,7 @@ def intervals_allowed(timing: SignalTiming) -> tuple[int, float]:
 
 
 def whole_intervals(
-    critical: Sequence[float], cycle_s: float, longest_s: float, timing: SignalTiming
+    critical: Sequence[float], cycle_s: float, longest_s: float, timing: UniformTiming
 ) -> tuple[list[int], float]:
     """Turn a cycle and critical flow ratios into whole intervals; see the top of this file (ours).
 

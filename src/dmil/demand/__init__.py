@@ -6,7 +6,7 @@ from dmil.demand.arrivals import (
     PoissonDemand,
     ProfileDemand,
 )
-from dmil.demand.cityflow import read_cityflow_flow
+from dmil.demand.cityflow import CityflowDemand, read_cityflow_flow
 from dmil.demand.destinations import Ties
 from dmil.demand.rates import PAPER_RATE_VEH_PER_MIN
 from dmil.demand.recorded import FileDemand
@@ -17,6 +17,7 @@ from dmil.demand.vehicles import Demand, ScalableDemand, Vehicles
 __all__ = [
     "PAPER_RATE_VEH_PER_MIN",
     "ArrivalProcess",
+    "CityflowDemand",
     "CompoundPoissonDemand",
     "Demand",
     "DemandRemark",

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, TypeAdapter
 
-from dmil.demand.recorded import FileDemand, first_gap, in_order, link_indices
-from dmil.demand.routes import router
+from dmil.demand.anchors import AnchorRouter
+from dmil.demand.recorded import FileDemand, in_order, known_links
+from dmil.demand.sumo.remarks import DemandRemark, Remarks
 from dmil.errors import DemandError
 from dmil.network import RoadNetwork
 from dmil.network.json_file import read_json
@@ -29,22 +31,39 @@ class Flow(BaseModel):
 
     route: Annotated[tuple[str, ...], Field(min_length=1)]
     interval: Annotated[FiniteFloat, Field(gt=0)]
-    start: Annotated[FiniteFloat, Field(ge=0, le=LAST_S, alias="startTime")] = 0.0
+    start: Annotated[FiniteFloat, Field(le=LAST_S, alias="startTime")] = 0.0
     end: Annotated[FiniteFloat, Field(le=LAST_S, alias="endTime")] = NO_END
 
 
 _FILE = TypeAdapter(tuple[Flow, ...])
 
 
+@dataclass(frozen=True, eq=False)
+class CityflowDemand(FileDemand):
+    """The vehicles of a CityFlow flow file (ours).
+
+    Parameters
+    ----------
+    remarks
+        What was left out of the file, and why.
+    """
+
+    remarks: tuple[DemandRemark, ...] = ()
+
+
 def read_cityflow_flow(
     path: str | Path, network: RoadNetwork, *, horizon_s: int | None = None
-) -> FileDemand:
+) -> CityflowDemand:
     """Read vehicles in CityFlow's flow format (ours).
 
     Each entry stands for vehicles at ``startTime`` and every ``interval`` seconds after it, up to
     and including ``endTime``; they appear at the next whole second, as with CityFlow's steps of
-    1 s. A route of two roads that do not follow each other names origin and destination only: the
-    shortest way by free-flow time joins them.
+    1 s. Before second 0 nothing runs: with an earlier ``startTime`` they begin at 0. The roads of a
+    route are anchor points: where one does not follow the other, the shortest way joins them, see
+    `dmil.demand.anchors.AnchorRouter`.
+
+    What CityFlow drops is dropped, counted and told in the demand's ``remarks``: routes without a
+    way or of a single road, and entries that end before they begin, or before second 0.
 
     Parameters
     ----------
@@ -58,32 +77,38 @@ def read_cityflow_flow(
     Raises
     ------
     DemandError
-        If the file is missing, cut off, not JSON or of another shape, or a vehicle's route is not
-        possible on the network.
+        If the file is missing, cut off, not JSON or of another shape, or a route names a road that
+        the network does not have.
 
     Notes
     -----
     The vehicles' lengths, speeds and accelerations are not read: see the scenario's
-    ``QueueDynamics``. CityFlow joins the two roads by the shortest length.
+    ``QueueDynamics``.
     """
     flows = read_json(path, _FILE, content="a CityFlow flow file", error=DemandError)
     depart_s: list[int] = []
     routes: list[list[int]] = []
-    known: dict[tuple[str, ...], list[int]] = {}
+    remarks, router = Remarks(), AnchorRouter(network)
     for index, flow in enumerate(flows):
         where = f"{path}: [{index}]"
-        if flow.route not in known:
-            route = _joined(flow.route, network, where)
-            known[flow.route] = link_indices(network, route, where=where)
+        route = router.way(known_links(network, flow.route, where=where))
         seconds = _departures_s(flow, horizon_s, where)
-        depart_s.extend(seconds)
-        routes.extend([known[flow.route]] * len(seconds))
-    return FileDemand(network, in_order(np.array(depart_s, dtype=np.float64), routes))
+        if not seconds and flow.end != NO_END:
+            remarks.add("ends-first", f"[{index}]")
+        elif len(route) > 1:
+            depart_s.extend(seconds)
+            routes.extend([route] * len(seconds))
+        elif route:
+            remarks.add("one-road", f"[{index}]", len(seconds), place=flow.route[0])
+        else:
+            remarks.add("no-way", f"[{index}]", len(seconds), place=flow.route[0])
+    vehicles = in_order(np.array(depart_s, dtype=np.float64), routes)
+    return CityflowDemand(network, vehicles, remarks=remarks.all())
 
 
 def _departures_s(flow: Flow, horizon_s: int | None, where: str) -> list[int]:
     """Return the whole seconds in which an entry's vehicles appear."""
-    start_s, end_s = math.ceil(flow.start), flow.end
+    start_s, end_s = max(0, math.ceil(flow.start)), flow.end
     if end_s == NO_END:
         if horizon_s is None:
             raise DemandError(
@@ -93,12 +118,6 @@ def _departures_s(flow: Flow, horizon_s: int | None, where: str) -> list[int]:
                 mend="give horizon_s (--steps)",
             )
         end_s = horizon_s - 1
-    elif end_s < flow.start:
-        raise DemandError(
-            f"endTime {flow.end:g} is before startTime {flow.start:g}",
-            where=where,
-            mend="correct one of them; for no end write -1",
-        )
     # 1e-9: three headways of a third of a second are one second.
     headways = (end_s - start_s) / flow.interval
     if headways > MOST_VEHICLES:
@@ -110,20 +129,3 @@ def _departures_s(flow: Flow, horizon_s: int | None, where: str) -> list[int]:
         )
     count = max(0, math.floor(headways + 1e-9) + 1)
     return [start_s + math.ceil(k * flow.interval - 1e-9) for k in range(count)]
-
-
-def _joined(route: tuple[str, ...], network: RoadNetwork, where: str) -> tuple[str, ...]:
-    """Return the route, with the way between two roads that are only origin and destination."""
-    if len(route) != 2 or not all(road in network.link_index for road in route):
-        return route
-    start, end = (network.link_index[road] for road in route)
-    if first_gap(network, (start, end)) is None:
-        return route
-    ways = router(network).between_links([start], [end])
-    if not ways:
-        raise DemandError(
-            f"there is no way from '{route[0]}' to '{route[1]}'",
-            where=where,
-            mend="check that network and vehicles belong together",
-        )
-    return tuple(network.links[link].id for link in ways[0][0])

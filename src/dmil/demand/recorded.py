@@ -12,6 +12,7 @@ import numpy as np
 from dmil.demand.vehicles import FloatArray, Vehicles, check_horizon, check_load
 from dmil.errors import DemandError
 from dmil.network import RoadNetwork
+from dmil.network.permissions import Classes
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,17 +139,7 @@ def link_indices(network: RoadNetwork, route: Sequence[str], *, where: str) -> l
         If the route is empty, has an unknown link, or two of its links are not joined by a
         movement.
     """
-    if not route:
-        raise DemandError("its route is empty", where=where, expected="at least one link")
-    for link in route:
-        if link not in network.link_index:
-            raise DemandError(
-                f"its route is over '{link}', which the network does not have",
-                where=where,
-                expected=f"a link of the network '{network.name}'",
-                mend="check that network and vehicles belong together",
-            )
-    indices = [network.link_index[link] for link in route]
+    indices = known_links(network, route, where=where)
     gap = first_gap(network, indices)
     if gap is not None:
         raise DemandError(
@@ -159,8 +150,38 @@ def link_indices(network: RoadNetwork, route: Sequence[str], *, where: str) -> l
     return indices
 
 
-def first_gap(network: RoadNetwork, route: Sequence[int]) -> int | None:
-    """Return after which link of a route no movement leads to the next, None if all do.
+def known_links(network: RoadNetwork, route: Sequence[str], *, where: str) -> list[int]:
+    """Return the indices of a route's links; whether they follow each other is not checked (ours).
+
+    Parameters
+    ----------
+    network, route, where
+        See `link_indices`.
+
+    Raises
+    ------
+    DemandError
+        If the route is empty or has an unknown link.
+    """
+    if not route:
+        raise DemandError("its route is empty", where=where, expected="at least one link")
+    for link in route:
+        if link not in network.link_index:
+            raise DemandError(
+                f"its route is over '{link}', which the network does not have",
+                where=where,
+                expected=f"a link of the network '{network.name}'",
+                mend="check that network and vehicles belong together",
+            )
+    return [network.link_index[link] for link in route]
+
+
+def first_gap(
+    network: RoadNetwork, route: Sequence[int], classes: Classes = frozenset()
+) -> int | None:
+    """Return after which link of a route vehicles may not go to the next, None if they may.
+
+    A link at which they may not begin counts as well.
 
     Parameters
     ----------
@@ -168,9 +189,15 @@ def first_gap(network: RoadNetwork, route: Sequence[int]) -> int | None:
         The roads.
     route
         Link indices in order.
+    classes
+        What the vehicles are; without any, movements alone decide.
     """
+    allowed = network.permissions
+    if allowed and route and not allowed.open_to(network.links[route[0]].id, classes):
+        return 0
+    successors = network.successors_for(classes)
     for place, (here, there) in enumerate(pairwise(route)):
-        if all(there != link for link, _ in network.successors[here]):
+        if all(there != link for link, _ in successors[here]):
             return place
     return None
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from dmil.demand.vehicles import FloatArray, IntArray, LongArray
 from dmil.network import RoadNetwork
+from dmil.network.permissions import Classes
 
 MOST_ALTERNATIVES = 64
 """Ties beyond this many routes per pair are cut: the first continuation is taken."""
@@ -39,6 +40,8 @@ class Router:
     ----------
     network
         The roads.
+    classes
+        What the vehicles are, which decides where they may go.
 
     Attributes
     ----------
@@ -48,8 +51,8 @@ class Router:
         Fringe node to the indices of the links that lead from it and to it.
     """
 
-    def __init__(self, network: RoadNetwork) -> None:
-        self._successors = network.successors
+    def __init__(self, network: RoadNetwork, classes: Classes = frozenset()) -> None:
+        self._successors = network.successors_for(classes)
         self.cost = [round(link.free_flow_time_s * 1e6) + 1 for link in network.links]
         self.exits: dict[str, list[int]] = {node: [] for node in network.fringe}
         self.entries: dict[str, list[int]] = {node: [] for node in network.fringe}
@@ -179,15 +182,16 @@ class RouteTable:
     links: IntArray
 
 
-_ROUTERS: WeakKeyDictionary[RoadNetwork, Router] = WeakKeyDictionary()
+_ROUTERS: WeakKeyDictionary[RoadNetwork, dict[Classes, Router]] = WeakKeyDictionary()
 _TABLES: WeakKeyDictionary[RoadNetwork, RouteTable] = WeakKeyDictionary()
 
 
-def router(network: RoadNetwork) -> Router:
-    """Return the network's router, made once (ours)."""
-    if network not in _ROUTERS:
-        _ROUTERS[network] = Router(network)
-    return _ROUTERS[network]
+def router(network: RoadNetwork, classes: Classes = frozenset()) -> Router:
+    """Return the network's router for vehicles of some classes, made once (ours)."""
+    routers = _ROUTERS.setdefault(network, {})
+    if classes not in routers:
+        routers[classes] = Router(network, classes)
+    return routers[classes]
 
 
 def route_table(network: RoadNetwork) -> RouteTable:

@@ -9,14 +9,23 @@ from pathlib import Path
 from dmil.errors import InputError
 from dmil.network.xml_file import XmlWalk
 from dmil.scenarios.cityflow import find_cityflow_files
+from dmil.scenarios.names import kind_of, plain
 from dmil.scenarios.resco import PREFIX, find_resco_configuration
-from dmil.scenarios.sumo import read_sumo_configuration
+from dmil.scenarios.sumo_configuration import ROOTS, read_sumo_configuration
 
 EXPECTED = (
     "the name of a scenario, a .sumocfg, a .net.xml with its route files, or a folder or files of "
     "CityFlow"
 )
-_SUMO = "sumo:"
+_DRIVES = {"vehicle", "trip", "flow", "person", "personFlow", "route", "routeDistribution"}
+_FURTHER = {
+    *("vType", "vTypeDistribution", "tlLogic", "WAUT", "wautJunction", "include", "location"),
+    *("busStop", "trainStop", "containerStop", "chargingStation", "parkingArea", "poly", "poi"),
+    *("inductionLoop", "e1Detector", "laneAreaDetector", "e2Detector", "entryExitDetector"),
+    *("e3Detector", "instantInductionLoop", "edgeData", "laneData", "timedEvent", "rerouter"),
+    *("variableSpeedSign", "calibrator", "routeProbe", "taz", "tazs", "vTypeProbe"),
+}
+"""Elements that tell route files, and others that SUMO loads, where the root's name does not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,22 +77,24 @@ def sort_arguments(arguments: Sequence[str]) -> Given | SumoFilesGiven:
     """
     if len(arguments) == 1:
         only = arguments[0]
-        if only.startswith(PREFIX) and not Path(only).exists():
-            return _configured(find_resco_configuration(only), only)
-        if only.startswith(_SUMO) and len(only) > len(_SUMO):
-            return _configured(Path(only.removeprefix(_SUMO)), only)
+        name = plain(only)
+        if name.startswith(PREFIX) and not Path(only).exists():
+            return _configured(find_resco_configuration(name), name)
+        kind, rest = kind_of(only)
+        if kind == "sumo" and rest:
+            return _configured(Path(rest), only)
         if Path(only).is_dir():
             return Given(only, *find_cityflow_files(only))
         if not Path(only).is_file() and not _looks_like_a_file(only):
             return Given(only)
     paths = [Path(each) for each in arguments]
-    if paths and all(path.suffix == ".json" for path in paths):
+    if paths and all(path.suffix == ".json" or _begins_with(path, b"[", b"{") for path in paths):
         return _cityflow(paths)
     return _sumo(paths)
 
 
 def _looks_like_a_file(text: str) -> bool:
-    return ":" not in text and ("/" in text or "." in text)
+    return not kind_of(text)[0] and any(mark in text for mark in "/\\.")
 
 
 def _cityflow(paths: list[Path]) -> Given:
@@ -98,10 +109,10 @@ def _cityflow(paths: list[Path]) -> Given:
     return Given(network=networks[0], flow=lists[0] if lists else None)
 
 
-def _begins_with(path: Path, letter: bytes) -> bool:
+def _begins_with(path: Path, *letters: bytes) -> bool:
     try:
         with path.open("rb") as file:
-            return file.read(256).lstrip(b"\xef\xbb\xbf \t\r\n").startswith(letter)
+            return file.read(256).lstrip(b"\xef\xbb\xbf \t\r\n").startswith(letters)
     except OSError:
         return False  # the reader will say what is wrong
 
@@ -111,14 +122,9 @@ def _sumo(paths: list[Path]) -> SumoFilesGiven:
     left_hand = False
     for path in paths:
         root, attributes = root_of(path)
-        kind = "configuration" if root in ("configuration", "sumoConfiguration") else root
+        kind = "configuration" if root in ROOTS else root
         if kind not in ("configuration", "net", "routes", "additional"):
-            raise InputError(
-                f"its root element is <{root}>",
-                where=str(path),
-                expected=f"{EXPECTED}",
-                mend="check that this is the right file",
-            )
+            kind = _kind_by_content(path, root)
         found.setdefault(kind, []).append(path)
         left_hand = left_hand or _keeps_left(kind, attributes)
     configurations, nets = found.get("configuration", []), found.get("net", [])
@@ -136,6 +142,26 @@ def _sumo(paths: list[Path]) -> SumoFilesGiven:
         routes=tuple(found.get("routes", ())),
         additional=tuple(found.get("additional", ())),
         left_hand=left_hand,
+    )
+
+
+def _kind_by_content(path: Path, root: str) -> str:
+    """Say what a file of SUMO is whose root element has a name of the user's own."""
+    met: set[str] = set()
+
+    def start(name: str, attributes: dict[str, str]) -> None:
+        met.add(name)
+
+    XmlWalk(path, start, met.add).run()
+    if met & _DRIVES:
+        return "routes"
+    if met & _FURTHER:
+        return "additional"
+    raise InputError(
+        f"its root element is <{root}>, and nothing in it is SUMO's",
+        where=str(path),
+        expected=f"{EXPECTED}",
+        mend="check that this is the right file",
     )
 
 

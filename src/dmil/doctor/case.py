@@ -8,6 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from dmil.demand import Demand
+from dmil.demand.sumo.acting import kind_of_option
+from dmil.demand.sumo.reader import has_vehicles
+from dmil.demand.sumo.routing import sumo_is_installed
 from dmil.doctor.arguments import Given, SumoFilesGiven, sort_arguments
 from dmil.doctor.findings import Finding, finding
 from dmil.doctor.roads import Line, lines_of
@@ -24,6 +27,7 @@ from dmil.network.sumo.net_file import read_net_file
 from dmil.network.sumo.net_records import NetFile
 from dmil.network.sumo.reader import Phases
 from dmil.scenarios import (
+    PLAN,
     QueueDynamics,
     Scenario,
     SignalTiming,
@@ -35,7 +39,6 @@ from dmil.scenarios import (
 )
 from dmil.scenarios.cityflow import DECISION_INTERVAL_S as CITYFLOW_INTERVAL_S
 from dmil.scenarios.sumo import (
-    CLEARANCE_S,
     DECISION_INTERVAL_S,
     SATURATION_FLOW_VEH_PER_S,
 )
@@ -140,7 +143,8 @@ def read_case(
     phases
         Which phases to take from a SUMO network: ``"program"`` or ``"derived"``.
     routing
-        Which ways SUMO's trips drive, see `dmil.scenarios.sumo_scenario`.
+        Which ways SUMO's trips drive, see `dmil.scenarios.sumo_scenario`; if not given, those of
+        SUMO's mesoscopic model, where it is installed.
 
     Raises
     ------
@@ -197,7 +201,7 @@ def _roadnet_case(path: Path) -> Case:
         network=network,
         lines=lines_of(network),
         demand=None,
-        timing=SignalTiming(decision_interval_s=CITYFLOW_INTERVAL_S),
+        timing=SignalTiming(decision_interval_s=CITYFLOW_INTERVAL_S, **PLAN),
         dynamics=QueueDynamics(saturation_flow_veh_per_s=SATURATION_FLOW_VEH_PER_S, storage=True),
         begin_s=0,
         horizon_s=NO_DEMAND_HORIZON_S,
@@ -210,31 +214,37 @@ def _sumo_case(
 ) -> Case:
     begin_s, horizon_s = window
     configuration = _configuration(given)
-    roads = read_sumo_network(configuration.net_file, phases=phases)
-    file = read_net_file(configuration.net_file)
+    start_s = configuration.begin_s if begin_s is None else begin_s
+    additional = configuration.additional_files
+    roads = read_sumo_network(
+        configuration.net_file, phases=phases, additional=additional, begin_s=start_s
+    )
+    file = read_net_file(configuration.net_file, additional=additional, begin_s=start_s)
     case = Case(
         name=given.name or roads.network.name,
         files=(*given.files, *_unnamed(given, configuration)),
         network=roads.network,
         lines=lines_of(roads.network, {edge.id: edge.shape for edge in file.edges.values()}),
         demand=None,
-        timing=SignalTiming(decision_interval_s=DECISION_INTERVAL_S, clearance_s=CLEARANCE_S),
+        timing=SignalTiming(decision_interval_s=DECISION_INTERVAL_S, **PLAN),
         dynamics=QueueDynamics(saturation_flow_veh_per_s=SATURATION_FLOW_VEH_PER_S, storage=True),
-        begin_s=configuration.begin_s if begin_s is None else begin_s,
+        begin_s=start_s,
         horizon_s=horizon_s or NO_DEMAND_HORIZON_S,
         sumo=_facts(roads, file, given.left_hand),
         found=tuple(_on_options(configuration)),
     )
-    if not configuration.route_files:
+    if not configuration.route_files and not any(map(has_vehicles, additional)):
         return case
     made, found = _with_vehicles(configuration, window, phases, routing)
     return replace(
         case,
+        network=made.network,
         demand=made.demand,
         timing=made.timing,
         dynamics=made.dynamics,
         begin_s=made.sumo.begin_s if made.sumo else 0,
         horizon_s=made.horizon_s,
+        sumo=replace(case.sumo, signals=made.sumo.signals) if case.sumo and made.sumo else None,
         found=(*case.found, *found),
     )
 
@@ -271,9 +281,11 @@ def _unnamed(given: SumoFilesGiven, configuration: SumoConfiguration) -> tuple[P
 
 
 def _on_options(configuration: SumoConfiguration) -> list[Finding]:
-    if not configuration.unused:
-        return []
-    return [finding("option-not-used", "configuration", ", ".join(configuration.unused))]
+    # Of devices the demand's remarks tell.
+    others = [
+        each for each in configuration.unused if not kind_of_option(*each.partition("=")[::2])
+    ]
+    return [finding("option-not-used", "configuration", ", ".join(others))] if others else []
 
 
 def _with_vehicles(
@@ -288,7 +300,8 @@ def _with_vehicles(
         )
 
     try:
-        return made(routing), []
+        # Loads need ways through the traffic, but not every vehicle's very own.
+        return made(routing or ("mesoscopic" if sumo_is_installed() else "free-flow")), []
     except DemandError as cause:
         with suppress(DemandError):
             without = made("free-flow")

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from dmil.demand import SumoDemand
+from dmil.demand import CityflowDemand, SumoDemand
 from dmil.demand.sumo.remarks import TEXTS
 from dmil.doctor.case import Case
 from dmil.doctor.findings import Finding, finding
 from dmil.doctor.intersections import IntersectionFacts
-from dmil.doctor.kinds import Severity
+from dmil.doctor.kind import Severity
 from dmil.doctor.traffic import Traffic
 
 LATE_START_S = 600
@@ -35,7 +35,7 @@ def on_demand(
         What was understood of the intersections.
     """
     yield from case.found
-    if isinstance(case.demand, SumoDemand):
+    if isinstance(case.demand, SumoDemand | CityflowDemand):
         yield from _on_remarks(case.demand, traffic)
     if traffic is None:
         return
@@ -45,21 +45,24 @@ def on_demand(
         yield finding(
             "few-pass-signals", "demand", f"{1 - traffic.signalled_share:.0%} of the vehicles"
         )
+    if traffic.giving_way_share > SOME:
+        yield finding("give-way", "demand", f"{traffic.giving_way_share:.0%} of the vehicles")
     lane_veh_per_s = case.dynamics.saturation_flow_veh_per_s
     for link, entries_veh_per_s in zip(case.network.links, traffic.entries_veh_per_s, strict=True):
-        if entries_veh_per_s > link.lanes * lane_veh_per_s:
+        lanes = link.open_lanes
+        if entries_veh_per_s > lanes * lane_veh_per_s:
             yield finding(
                 "entry-beyond-capacity",
                 f"link {link.id}",
                 f"{3600 * entries_veh_per_s:.0f} vehicles per hour begin there, "
-                f"{link.lanes} lane{'s' if link.lanes > 1 else ''} take "
-                f"{3600 * link.lanes * lane_veh_per_s:.0f}",
+                f"{lanes} lane{'s' if lanes > 1 else ''} take "
+                f"{3600 * lanes * lane_veh_per_s:.0f}",
             )
     for item in intersections:
         yield from _on_load(item)
 
 
-def _on_remarks(demand: SumoDemand, traffic: Traffic | None) -> Iterator[Finding]:
+def _on_remarks(demand: SumoDemand | CityflowDemand, traffic: Traffic | None) -> Iterator[Finding]:
     for remark in demand.remarks:
         known = TEXTS[remark.kind]
         where = remark.text.removeprefix(known).strip(" ()").removeprefix("at ")

@@ -9,8 +9,10 @@ from dmil.doctor.case import Case
 from dmil.doctor.demand_findings import on_demand
 from dmil.doctor.findings import Finding
 from dmil.doctor.intersections import IntersectionFacts, intersections_of
-from dmil.doctor.kinds import KINDS, SEVERITIES
+from dmil.doctor.kind import SEVERITIES
+from dmil.doctor.kinds import KINDS
 from dmil.doctor.road_findings import on_roads
+from dmil.doctor.roads import road_ends
 from dmil.doctor.traffic import Traffic, traffic_of
 
 
@@ -25,7 +27,8 @@ class NetworkFacts:
     slowest_km_per_h, fastest_km_per_h
         Limits of speed.
     intersections, shapes, junctions, fringe
-        Nodes with signals, their shapes, nodes without signals, and where vehicles come and go.
+        Nodes with signals, their shapes, nodes without signals that are crossed, and nodes where
+        vehicles come and go.
     """
 
     links: int
@@ -60,6 +63,11 @@ class Diagnosis:
     findings: tuple[Finding, ...]
 
     @property
+    def ends(self) -> frozenset[str]:
+        """Nodes where vehicles come and go: those of the demand, without one where roads end."""
+        return self.traffic.ends if self.traffic else road_ends(self.case.network)
+
+    @property
     def counts(self) -> dict[str, int]:
         """How many findings of every severity there are."""
         found = Counter(each.severity for each in self.findings)
@@ -79,11 +87,15 @@ def examine(case: Case) -> Diagnosis:
     found = [*on_roads(case), *on_demand(case, traffic, intersections)]
     kinds = list(KINDS)
     found.sort(key=lambda each: (SEVERITIES.index(each.severity), kinds.index(each.kind)))
-    return Diagnosis(case, _network(case, intersections), intersections, traffic, tuple(found))
+    return Diagnosis(
+        case, _network(case, intersections, traffic), intersections, traffic, tuple(found)
+    )
 
 
-def _network(case: Case, intersections: tuple[IntersectionFacts, ...]) -> NetworkFacts:
-    network = case.network
+def _network(
+    case: Case, intersections: tuple[IntersectionFacts, ...], traffic: Traffic | None
+) -> NetworkFacts:
+    network, closed = case.network, road_ends(case.network)
     speeds = [3.6 * link.speed_m_per_s for link in network.links]
     return NetworkFacts(
         links=len(network.links),
@@ -93,6 +105,6 @@ def _network(case: Case, intersections: tuple[IntersectionFacts, ...]) -> Networ
         fastest_km_per_h=max(speeds),
         intersections=len(network.intersections),
         shapes=len({each.shape for each in intersections}),
-        junctions=len(network.junctions),
-        fringe=len(network.fringe),
+        junctions=sum(junction.id not in closed for junction in network.junctions),
+        fringe=len(traffic.ends if traffic else closed),
     )

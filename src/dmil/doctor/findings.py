@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from dmil.doctor.kinds import KINDS, Severity
+from dmil.doctor.kind import Severity
+from dmil.doctor.kinds import KINDS
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,151 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
-
-Severity = Literal["error", "warning", "note"]
-SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """A sort of finding (ours).
-
-    Parameters
-    ----------
-    severity
-        How bad it usually is: an error makes results wrong, a warning makes them doubtful, a note
-        is good to know.
-    meaning
-        What it says about the files, whole sentences.
-    mend
-        What to do about it, whole sentences.
-    """
-
-    severity: Severity
-    meaning: str
-    mend: str
-
-
-SIGNAL_KINDS = {
-    "conflicting-greens": Kind(
-        "error",
-        "Two movements that cross or merge have the right of way (G) in one state. SUMO lets both "
-        "drive. It is a warning where only lanes of one movement merge.",
-        "Write g for the one that yields, or r.",
-    ),
-    "never-served": Kind(
-        "error",
-        "No stage of the signal program gives a movement green. A phase was added so that "
-        "controllers can serve it, but under the own program its vehicles wait for ever.",
-        "Give it green in a stage without yellow, or remove the connection.",
-    ),
-    "missing-yellow": Kind(
-        "warning",
-        "A green turns red at once. Under the own program SUMO's vehicles brake hard or drive over "
-        "red; where a controller decides, the scenario's clearance stands between two phases.",
-        "Put a stage with y between them.",
-    ),
-    "empty-stage": Kind(
-        "warning",
-        "A stage in which nobody goes lasts so long that it is hardly a clearance.",
-        "Shorten it to the all-red time that is needed, or remove it.",
-    ),
-    "no-action": Kind(
-        "warning",
-        "No stage of the program gives green to vehicles. The phases are derived from the "
-        "movements that do not cross, and there is no program to compare with.",
-        "Give the program a stage with G or g.",
-    ),
-    "single-action": Kind(
-        "warning",
-        "There is only one phase, so a controller has nothing to choose.",
-        "Derive phases instead (--phases derived), or leave it as it is at a pedestrian crossing.",
-    ),
-    "stage-order": Kind(
-        "warning",
-        "The stages do not follow each other in the file's order (next, or NEMA rings). As a "
-        "fixed-time plan they are taken in the file's order; for rings there is none.",
-        "Remove the attribute next or give a static program, if the plan is wanted.",
-    ),
-    "two-controllers": Kind(
-        "warning",
-        "A junction is under two controllers. It is taken to be the greater one's, and what the "
-        "other one controls there may always go.",
-        "Give it one controller (netconvert --tls.join, or netedit).",
-    ),
-    "no-right-of-way": Kind(
-        "warning",
-        "The junction has no matrix of right of way, so roads are taken to conflict with each "
-        "other.",
-        "Write the network anew with netconvert.",
-    ),
-    "long-cycle": Kind(
-        "warning",
-        "The own program takes more than 180 s until it begins again: drivers wait long, and a "
-        "comparison with it flatters every controller. Usual are 60 to 120 s.",
-        "Check the durations of its stages.",
-    ),
-    "clearance-beyond-interval": Kind(
-        "warning",
-        "Between two phases the own program clears for at least as long as the interval between "
-        "two decisions; a clearance of that length would leave no green.",
-        "Choose a longer --decision-interval.",
-    ),
-    "clearance-cut": Kind(
-        "note",
-        "The own program clears for longer than the scenario's timing does. Controllers then "
-        "change faster than the plan may, which flatters them.",
-        "Give the longer time with --clearance, and its last part as --all-red.",
-    ),
-    "mixed-stage": Kind(
-        "note",
-        "In some stages vehicles begin to go while others still have yellow. They are understood "
-        "as clearance: the own program shows them, a controller cannot choose them.",
-        "Nothing, unless such a stage is meant to be a phase; then give it no yellow.",
-    ),
-    "all-red": Kind(
-        "note",
-        "The own program has stages in which all is red. They are understood as clearance; under "
-        "a controller the scenario's timing decides how long all is red.",
-        "Give the same times with --clearance and --all-red.",
-    ),
-    "pedestrian-stage": Kind(
-        "note",
-        "A stage in which only pedestrians, bicycles or trains go. No phase shows it, so under a "
-        "controller they never have green of their own.",
-        "Give them green together with vehicles that they do not cross.",
-    ),
-    "several-programs": Kind(
-        "note",
-        "A controller has several programs. The last one is used, as SUMO does.",
-        "Remove the others, or put the one you want last.",
-    ),
-    "several-junctions": Kind(
-        "note",
-        "One controller governs several junctions. They are one intersection with one phase.",
-        "Nothing; to control them one by one, give each a controller of its own (netedit).",
-    ),
-    "no-vehicles": Kind(
-        "note",
-        "A signal controls no movement of vehicles and is left out.",
-        "Nothing, if it is for pedestrians or trains.",
-    ),
-    "adaptive-program": Kind(
-        "note",
-        "The own program is actuated: in SUMO its greens adapt to the traffic, in the queue "
-        "simulator they last as long as the file says. The controller 'program' is then the same "
-        "as 'actuated' in SUMO, and another one in the queue simulator.",
-        "Judge in SUMO (--simulator sumo).",
-    ),
-    "no-program": Kind(
-        "note",
-        "An intersection has no fixed-time program, so there is no fixed plan to compare with.",
-        "Give it a program in the network's file, if that comparison is wanted.",
-    ),
-}
-"""About signals and their programs."""
+from dmil.demand.sumo.acting import ACTING
+from dmil.doctor.kind import Kind
+from dmil.doctor.signal_kinds import SIGNAL_KINDS
 
 ROAD_KINDS = {
     "dead-end": Kind(
@@ -197,9 +55,21 @@ DEMAND_KINDS = {
     ),
     "no-way": Kind(
         "error",
-        "Vehicles cannot reach their goal, since no way of the network leads on. They are left "
-        "out; SUMO would stop with an error.",
-        "Correct the trips, or the network's connections.",
+        "Vehicles cannot reach their goal, since no way of the network leads on for their vehicle "
+        "class. They are left out, as CityFlow does; SUMO would stop with an error.",
+        "Correct the trips, or the network's connections and permissions.",
+    ),
+    "one-road": Kind(
+        "warning",
+        "A route in CityFlow's format names a single road. Its vehicles are left out, as CityFlow "
+        "does.",
+        "Name the road that they go to.",
+    ),
+    "ends-first": Kind(
+        "warning",
+        "An entry in CityFlow's format ends before it begins, or before second 0, so nobody "
+        "departs.",
+        "Correct its startTime or endTime; for no end write -1.",
     ),
     "before-begin": Kind(
         "warning",
@@ -229,12 +99,6 @@ DEMAND_KINDS = {
         "Vehicles stand after others that depart later and are left out, as SUMO does.",
         "Sort the file by departure.",
     ),
-    "no-fixed-departure": Kind(
-        "warning",
-        "Vehicles have no departure in seconds, such as those that a person triggers. They are "
-        "left out.",
-        "Give them a departure in seconds.",
-    ),
     "zone": Kind(
         "warning",
         "Trips begin or end in a zone or at a coordinate and are left out.",
@@ -247,13 +111,8 @@ DEMAND_KINDS = {
     ),
     "signal-program": Kind(
         "warning",
-        "A file has programs of signals that are not part of the network. They are not used.",
-        "Put them into the network with netconvert.",
-    ),
-    "include": Kind(
-        "warning",
-        "Files that another one includes are not read.",
-        "Name them all as route files.",
+        "A route file has programs of signals. They are not used, as in SUMO.",
+        "Name the file as an additional one, or put them into the network with netconvert.",
     ),
     "entry-beyond-capacity": Kind(
         "warning",
@@ -289,6 +148,15 @@ DEMAND_KINDS = {
         "anybody controlling them.",
         "Look at measures of intersections, or leave such trips out.",
     ),
+    "give-way": Kind(
+        "note",
+        "Most vehicles pass a junction without signals where they may have to wait. The queue "
+        "simulator lets them wait there by critical gaps of the HCM, first come, first served at "
+        "all-way stops, and by the lanes that go on. It does not see what they lose by braking and "
+        "turning: its delays are below SUMO's, at roundabouts and stops far below; where a merge "
+        "is overloaded they may be above.",
+        "Judge in SUMO (--simulator sumo).",
+    ),
     "option-not-used": Kind(
         "note",
         "The configuration has options that could change how vehicles drive and are not used.",
@@ -299,14 +167,6 @@ DEMAND_KINDS = {
         "Bicycles, trains, pedestrians and the like are left out; only road vehicles with a motor "
         "are simulated.",
         "Nothing.",
-    ),
-    "person": Kind(
-        "note",
-        "Persons and containers are left out; only vehicles are simulated.",
-        "Nothing.",
-    ),
-    "stops": Kind(
-        "note", "Vehicles have stops, which they do not make: they drive on.", "Nothing."
     ),
     "parameters": Kind("note", "Vehicles have parameters, which are not used.", "Nothing."),
     "route-part": Kind(
@@ -320,15 +180,17 @@ DEMAND_KINDS = {
         "the traffic when they depart. On congested networks queues are then longer than in SUMO.",
         "Install SUMO and leave out --routing, or give vehicles routes.",
     ),
-    "device": Kind(
-        "note",
-        "Definitions that act on vehicles during the run, such as rerouters, are not used.",
-        "Nothing; know that SUMO's own run differs.",
-    ),
 }
 """About vehicles, and what they ask of the signals."""
 
-KINDS: dict[str, Kind] = {**SIGNAL_KINDS, **ROAD_KINDS, **DEMAND_KINDS}
+ACTING_KINDS = {
+    kind: Kind("warning", f"The files have {each.what}. {each.instead}", each.mend)
+    for kind, each in ACTING.items()
+    if each.text
+}
+"""About what acts on vehicles during SUMO's run."""
+
+KINDS: dict[str, Kind] = {**SIGNAL_KINDS, **ROAD_KINDS, **DEMAND_KINDS, **ACTING_KINDS}
 """Every kind of finding by its name."""
 
 
@@ -339,6 +201,7 @@ def kinds_markdown() -> str:
         ("Signals and their programs", SIGNAL_KINDS),
         ("Roads", ROAD_KINDS),
         ("Vehicles, and what they ask of the signals", DEMAND_KINDS),
+        ("What acts on vehicles during SUMO's run", ACTING_KINDS),
     ):
         lines += ["", f"### {title}", "", "| finding | severity | what it means | mend |"]
         lines.append("|-|-|-|-|")

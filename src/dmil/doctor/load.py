@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +16,24 @@ FloatArray = npt.NDArray[np.float64]
 
 CYCLE_S = 120.0
 """Cycle that the lost times of a controller are spread over: the longest usual one."""
+
+
+class Stream(NamedTuple):
+    """Vehicles that take one movement and may use the same lanes for it (ours).
+
+    Attributes
+    ----------
+    movement
+        Its local index.
+    lanes
+        Lanes of the link that it comes from.
+    """
+
+    movement: int
+    lanes: tuple[int, ...]
+
+
+Flows = Sequence[tuple[Stream, float]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +66,7 @@ def load_of(
     flow_veh_per_s: FloatArray,
     saturation_veh_per_s: float,
     clearance_s: float,
+    streams: Sequence[Stream] | None = None,
 ) -> Load:
     """Compare flows with what the signals can serve (ours; critical movements as in the HCM).
 
@@ -57,25 +77,38 @@ def load_of(
     ----------
     item
         The intersection.
-    flow_veh_per_s: (movements,) float64
+    flow_veh_per_s: (streams,) float64
+        Of every stream.
     saturation_veh_per_s
         Saturation flow of a lane.
     clearance_s
         Clearance between two phases.
+    streams
+        Who flows: the vehicles of a movement that may use some lanes; if not given, one stream per
+        movement, in all of its lanes.
     """
-    share = _least_green(item, flow_veh_per_s / saturation_veh_per_s)
+    if streams is None:
+        streams = [Stream(j, movement.lanes) for j, movement in enumerate(item.movements)]
+    flows = [
+        (stream, ratio)
+        for stream, ratio in zip(streams, flow_veh_per_s / saturation_veh_per_s, strict=True)
+        if ratio > 0
+    ]
+    movement_veh_per_s = np.zeros(len(item.movements))
+    np.add.at(movement_veh_per_s, [stream.movement for stream in streams], flow_veh_per_s)
+    share = _least_green(item, flows)
     needed = float(share.sum())
     changes = int(np.sum(share > 1e-6))
     lost = clearance_s * changes / CYCLE_S if changes > 1 else 0.0
     return Load(
-        flow_veh_per_h=tuple(3600 * flow_veh_per_s),
+        flow_veh_per_h=tuple(3600 * movement_veh_per_s),
         phase_share=tuple(share.tolist()),
         degree=needed / max(1 - lost, 1e-6),
-        program_degree=_under_program(item, flow_veh_per_s / saturation_veh_per_s),
+        program_degree=_under_program(item, flows),
     )
 
 
-def _least_green(item: Intersection, ratio: FloatArray) -> FloatArray:
+def _least_green(item: Intersection, flows: Flows) -> FloatArray:
     """Divide the time among the phases so that all is served in the least time.
 
     Movements without a signal may go in the remaining time as well, which costs nothing.
@@ -84,33 +117,33 @@ def _least_green(item: Intersection, ratio: FloatArray) -> FloatArray:
     count = len(item.phases)
     cost = [1.0] * count + [0.0]
     most: list[float | None] = [*([None] * count), 1.0]
-    found = _serve(item, greens, ratio, list(range(count + 1)), [1.0] * (count + 1), cost, most)
+    found = _serve(item, greens, flows, list(range(count + 1)), [1.0] * (count + 1), cost, most)
     return found[:count]
 
 
-def _under_program(item: Intersection, ratio: FloatArray) -> float | None:
+def _under_program(item: Intersection, flows: Flows) -> float | None:
     """Return the least factor by which all greens would have to be longer to serve all."""
     if item.program is None:
         return None
     stages = item.program.stages
     greens = [stage.green | item.unsignalled for stage in stages]
-    wanted = {j for j in range(len(item.movements)) if ratio[j] > 0}
+    wanted = {stream.movement for stream, _ in flows}
     if not wanted <= frozenset().union(*greens):
         return float("inf")
     share = [stage.duration_s / item.program.cycle_s for stage in stages]
-    return float(_serve(item, greens, ratio, [0] * len(stages), share, [1.0], [None])[0])
+    return float(_serve(item, greens, flows, [0] * len(stages), share, [1.0], [None])[0])
 
 
 def _serve(
     item: Intersection,
     greens: Sequence[frozenset[int]],
-    ratio: FloatArray,
+    flows: Flows,
     time: Sequence[int],
     factor: Sequence[float],
     cost: Sequence[float],
     most: Sequence[float | None],
 ) -> FloatArray:
-    """Find times of least cost in which every movement is served.
+    """Find times of least cost in which every stream is served.
 
     Parameters
     ----------
@@ -118,34 +151,34 @@ def _serve(
         The intersection.
     greens
         Movements that may go in every stage.
-    ratio
-        (movements,) flow divided by a lane's saturation flow.
+    flows
+        Every stream and its flow, divided by a lane's saturation flow.
     time, factor
         A stage lasts for ``factor`` times this entry of the result.
     cost, most
         Of every entry of the result.
     """
-    # A part is what one lane serves of a movement in a stage.
+    # A part is what one lane serves of a stream in a stage.
     parts = [
-        (stage, j, item.movements[j].from_link, lane)
+        (stage, k, item.movements[stream.movement].from_link, lane)
         for stage, green in enumerate(greens)
-        for j in sorted(green)
-        if ratio[j] > 0
-        for lane in item.movements[j].lanes
+        for k, (stream, _) in enumerate(flows)
+        if stream.movement in green
+        for lane in stream.lanes
     ]
     if not parts:
         return np.zeros(len(cost))
     first = len(cost)
-    movements = {j: row for row, j in enumerate(dict.fromkeys(part[1] for part in parts))}
+    rows = {k: row for row, k in enumerate(dict.fromkeys(part[1] for part in parts))}
     lanes = {
         key: row
         for row, key in enumerate(dict.fromkeys((stage, *lane) for stage, _, *lane in parts))
     }
-    served = np.zeros((len(movements), first + len(parts)))
+    served = np.zeros((len(rows), first + len(parts)))
     used = np.zeros((len(lanes), first + len(parts)))
-    for column, (stage, j, *lane) in enumerate(parts, start=first):
+    for column, (stage, k, *lane) in enumerate(parts, start=first):
         row = lanes[stage, *lane]
-        served[movements[j], column] = 1.0
+        served[rows[k], column] = 1.0
         used[row, column] = 1.0
         used[row, time[stage]] = -factor[stage]
     solved = linprog(
@@ -153,7 +186,7 @@ def _serve(
         A_ub=used,
         b_ub=np.zeros(len(lanes)),
         A_eq=served,
-        b_eq=ratio[list(movements)],
+        b_eq=[flows[k][1] for k in rows],
         bounds=[(0, each) for each in (*most, *([None] * len(parts)))],
         method="highs",
     )

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator
 
 from dmil.doctor.case import Case, SumoFacts
 from dmil.doctor.findings import Finding, finding
-from dmil.doctor.kinds import Severity
+from dmil.doctor.kind import Severity
 from dmil.network import Intersection, Remark, RoadNetwork
+from dmil.scenarios.fairness import advantages
 
 LONGEST_CYCLE_S = 180.0
 
@@ -27,6 +27,16 @@ def on_roads(case: Case) -> Iterator[Finding]:
             yield finding("left-hand-traffic", "network", "lefthand is true")
     for item in case.network.intersections:
         yield from _on_program(case, item)
+        waiting = [walk for walk in item.walks if not walk.phases]
+        if waiting:
+            yield finding(
+                "no-walk",
+                f"intersection {item.id}",
+                f"no phase gives green to {len(waiting)} of its {len(item.walks)} crossings",
+            )
+    for found in advantages(case.timing, case.network):
+        item = case.network.intersections[found.intersection]
+        yield finding("clearance-cut", f"intersection {item.id}", f"under a controller {found}")
     yield from _on_links(case)
 
 
@@ -73,7 +83,8 @@ def _on_program(case: Case, item: Intersection) -> Iterator[Finding]:
     if len(item.phases) == 1 and not case.sumo:  # of SUMO's the reader has said so
         yield finding("single-action", place, "it has one phase", mend="Give it more phases.")
     if item.program is None:
-        yield finding("no-program", place, "it has no fixed-time program")
+        if not item.own_control:  # the reader has said so
+            yield finding("no-program", place, "it has no fixed-time program")
         return
     if item.program.adaptive:
         yield finding("adaptive-program", place, "its program is actuated")
@@ -85,15 +96,6 @@ def _on_program(case: Case, item: Intersection) -> Iterator[Finding]:
             place,
             f"its program clears for {item.clearance_s:g} s, decisions are every "
             f"{timing.decision_interval_s} s",
-        )
-    elif item.clearance_s > timing.clearance_s:
-        yield finding(
-            "clearance-cut",
-            place,
-            f"its program clears for {item.clearance_s:g} s, the scenario for "
-            f"{timing.clearance_s} s",
-            mend=f"Give --clearance {math.ceil(item.clearance_s)}"
-            + (f" --all-red {math.ceil(all_red_s)}." if all_red_s else "."),
         )
     if all_red_s:
         yield finding("all-red", place, f"all is red for up to {all_red_s:g} s")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from dmil.network import Intersection, RoadNetwork
+from dmil.network import Intersection, Junction, RoadNetwork
 from dmil.network.naming import approach_names
 from dmil.network.sumo.ways import heading
 
@@ -28,6 +28,21 @@ def lines_of(network: RoadNetwork, known: Mapping[str, Line] | None = None) -> d
         or (network.position_m[link.start], network.position_m[link.end])
         for link in network.links
     }
+
+
+def road_ends(network: RoadNetwork) -> frozenset[str]:
+    """Return the nodes where roads end: vehicles cannot cross them, at most turn round (ours).
+
+    Parameters
+    ----------
+    network
+        The roads.
+    """
+    nodes: tuple[Intersection | Junction, ...] = (*network.intersections, *network.junctions)
+    turning = (
+        node.id for node in nodes if all(movement.turn == "uturn" for movement in node.movements)
+    )
+    return frozenset((*network.fringe, *turning))
 
 
 def origins_rad(item: Intersection, lines: Mapping[str, Line]) -> dict[int, float]:

@@ -7,10 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dmil.demand import Demand, Vehicles
+from dmil.demand import Demand, SumoDemand, Vehicles
 from dmil.doctor.case import Case
-from dmil.doctor.load import Load, load_of
-from dmil.seeding import stream
+from dmil.doctor.load import Load, Stream, load_of
+from dmil.network.permissions import Classes
+from dmil.scenarios import lost_s
+from dmil.seeding import stream as random_stream
+from dmil.simulation.queue.gaps import junctions_that_hold
 
 IntArray = npt.NDArray[np.integer]
 FloatArray = npt.NDArray[np.float64]
@@ -42,6 +45,8 @@ class Traffic:
         Mean number of intersections that a vehicle passes.
     signalled_share
         Part of the vehicles that pass one at least.
+    giving_way_share
+        Part of the vehicles that pass a junction without signals where they may have to wait.
     length_m, links, free_flow_s
         Mean length of a route, in metres, in links, and in seconds without any delay.
     crossing
@@ -50,6 +55,8 @@ class Traffic:
         Of every intersection, in its busiest 15 minutes.
     entries_veh_per_s
         (links,) vehicles that begin on a link, in its busiest 15 minutes.
+    ends
+        Nodes at which a route begins or ends.
     """
 
     vehicles: int
@@ -60,12 +67,14 @@ class Traffic:
     departures: tuple[int, ...]
     signals_passed: float
     signalled_share: float
+    giving_way_share: float
     length_m: float
     links: float
     free_flow_s: float
     crossing: tuple[tuple[int, ...], ...]
     load: tuple[Load, ...]
     entries_veh_per_s: tuple[float, ...]
+    ends: frozenset[str]
 
 
 def traffic_of(case: Case) -> Traffic | None:
@@ -105,17 +114,41 @@ def traffic_of(case: Case) -> Traffic | None:
         ),
         signals_passed=float(passed.mean()),
         signalled_share=float((passed > 0).mean()),
+        giving_way_share=_giving_way_share(case, route, owner, count),
         length_m=float(sum(network.links[link].length_m for link in route) / count),
         links=len(route) / count,
         free_flow_s=float(ride_s.sum() / count),
         crossing=_counts(case, intersection[crossed], movement[crossed]),
-        load=_loads(case, end_s[crossed], intersection[crossed], movement[crossed]),
+        load=_loads(
+            case,
+            end_s[crossed],
+            intersection[crossed],
+            movement[crossed],
+            _class_of(case, vehicles)[owner[crossed]],
+        ),
         entries_veh_per_s=_entries(case, vehicles),
+        ends=frozenset(
+            (
+                *(network.links[link].start for link in np.unique(route[first])),
+                *(
+                    network.links[link].end
+                    for link in np.unique(route[vehicles.route_offset[1:] - 1])
+                ),
+            )
+        ),
     )
 
 
 def _vehicles(case: Case, demand: Demand, seed: int) -> Vehicles:
-    return demand.vehicles(case.network, case.horizon_s, stream(seed, "demand"))
+    return demand.vehicles(case.network, case.horizon_s, random_stream(seed, "demand"))
+
+
+def _giving_way_share(case: Case, route: IntArray, owner: IntArray, count: int) -> float:
+    held = junctions_that_hold(case.network, storage=False)
+    ids = {junction.id for junction in held}
+    ends = np.array([link.end in ids for link in case.network.links])
+    onward = np.append(owner[:-1] == owner[1:], False)
+    return float(np.unique(owner[ends[route] & onward]).size / count)
 
 
 def _bar_s(horizon_s: int) -> int:
@@ -142,21 +175,45 @@ def _counts(case: Case, intersection: IntArray, movement: IntArray) -> tuple[tup
     )
 
 
+def _classes(case: Case) -> list[Classes]:
+    """Return what vehicles are of, as far as that is known."""
+    return list(dict.fromkeys(case.demand.classes if isinstance(case.demand, SumoDemand) else ()))
+
+
+def _class_of(case: Case, vehicles: Vehicles) -> IntArray:
+    """Return every vehicle's place in the list of classes: (vehicles,)."""
+    if vehicles.kind is None or not isinstance(case.demand, SumoDemand):
+        return np.zeros(len(vehicles), np.int64)
+    known = _classes(case)
+    return np.array([known.index(each) for each in case.demand.classes])[vehicles.kind]
+
+
 def _loads(
-    case: Case, time_s: FloatArray, intersection: IntArray, movement: IntArray
+    case: Case,
+    time_s: FloatArray,
+    intersection: IntArray,
+    movement: IntArray,
+    class_of: IntArray,
 ) -> tuple[Load, ...]:
     windows, lasting_s = _windows(case.horizon_s)
+    classes = _classes(case) or [Classes()]
     window = (time_s // PEAK_S).astype(np.int64)
+    clearance_s = (lost_s(case.timing, case.network) - case.timing.startup_lost_s).tolist()
     loads = []
     for i, item in enumerate(case.network.intersections):
         mine = (intersection == i) & (window < windows)
-        flow = np.zeros((windows, len(item.movements)))
-        np.add.at(flow, (window[mine], movement[mine]), 1.0)
+        streams = [
+            Stream(j, case.network.lanes_to(each, kind))
+            for kind in classes
+            for j, each in enumerate(item.movements)
+        ]
+        flow = np.zeros((windows, len(streams)))
+        stream = class_of[mine] * len(item.movements) + movement[mine]
+        np.add.at(flow, (window[mine], stream), 1.0)
         flow /= lasting_s[:, None]
         busiest = flow[int(flow.sum(axis=1).argmax())]
-        loads.append(
-            load_of(item, busiest, case.dynamics.saturation_flow_veh_per_s, case.timing.clearance_s)
-        )
+        saturation_veh_per_s = case.dynamics.saturation_flow_veh_per_s
+        loads.append(load_of(item, busiest, saturation_veh_per_s, clearance_s[i], streams))
     return tuple(loads)
 
 

@@ -15,7 +15,7 @@ from dmil.errors import InputError, unknown_name
 from dmil.interop.layout import FloatArray, VectorLayout
 from dmil.interop.picture import Picture
 from dmil.rewards import Reward, checked_reward, make_reward
-from dmil.scenarios import Scenario, scenario
+from dmil.scenarios import Scenario, scenario, signal_times
 from dmil.scenarios.registry import with_load
 from dmil.seeding import simulator_seed
 from dmil.simulation import Observation, Simulator, make_simulator
@@ -163,8 +163,8 @@ class Episodes:
         """Return what is to be known about every intersection; at the horizon the metrics, too."""
         seen = self.observation
         over = self.over
-        timing = self.scenario.timing
-        masks = self.layout.masks(seen, timing.min_green_s, timing.max_green_s)
+        times = signal_times(self.scenario.timing, self.scenario.network)
+        masks = self.layout.masks(seen, times.min_green_s, times.max_green_s)
         columns = zip(
             masks,
             seen.queue_veh.sum(axis=1).tolist(),

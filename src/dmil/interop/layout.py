@@ -9,6 +9,7 @@ from dmil.network import RoadNetwork
 from dmil.simulation import Observation
 
 FloatArray = npt.NDArray[np.float32]
+IntArray = npt.NDArray[np.int32]
 MaskArray = npt.NDArray[np.int8]
 
 
@@ -85,7 +86,10 @@ class VectorLayout:
         return [row[own] for row, own in zip(full, self._columns, strict=True)]
 
     def masks(
-        self, observation: Observation, min_green_s: int = 0, max_green_s: int = 0
+        self,
+        observation: Observation,
+        min_green_s: int | IntArray = 0,
+        max_green_s: int | IntArray = 0,
     ) -> list[MaskArray]:
         """Return for every intersection 1 where a phase exists and may be chosen now, else 0.
 
@@ -93,16 +97,21 @@ class VectorLayout:
         ----------
         observation
             What is seen now.
-        min_green_s, max_green_s
-            Rules of the signals, see `dmil.scenarios.SignalTiming`: what they would overrule is 0.
+        min_green_s, max_green_s: int or (intersections, phases) int32
+            Rules of the signals, see `dmil.scenarios.signal_times`: what they would overrule is 0.
         """
         shown, elapsed_s = observation.phase, observation.phase_elapsed_s
         free = self._exists.copy()
-        held = np.flatnonzero((shown >= 0) & (elapsed_s < min_green_s))
+        of_shown = np.arange(shown.size), shown
+        least_s, longest_s = (
+            np.broadcast_to(times, self._exists.shape)[of_shown]
+            for times in (min_green_s, max_green_s)
+        )
+        held = np.flatnonzero((shown >= 0) & (elapsed_s < least_s))
         free[held] = False
         free[held, shown[held]] = True
-        if max_green_s:
-            over = np.flatnonzero((shown >= 0) & (elapsed_s >= max_green_s) & (self.phases > 1))
-            free[over, shown[over]] = False
+        limited = (shown >= 0) & (longest_s > 0) & (self.phases > 1)
+        over = np.flatnonzero(limited & (elapsed_s >= longest_s))
+        free[over, shown[over]] = False
         masks = free.astype(np.int8)
         return [row[:count] for row, count in zip(masks, self.actions, strict=True)]

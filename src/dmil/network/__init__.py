@@ -9,11 +9,12 @@ from dmil.network.model import (
     Junction,
     Link,
     Movement,
-    Program,
     RoadNetwork,
-    Stage,
     Turn,
+    Walk,
 )
+from dmil.network.plan_times import PlanTimes, plan_times
+from dmil.network.program import Program, Stage
 from dmil.network.shapes import exit_sides, shape_signature
 from dmil.network.sumo import Remark, SumoNetwork, SumoSignals, read_sumo_network
 
@@ -23,6 +24,7 @@ __all__ = [
     "Junction",
     "Link",
     "Movement",
+    "PlanTimes",
     "Program",
     "Remark",
     "RoadNetwork",
@@ -30,9 +32,11 @@ __all__ = [
     "SumoNetwork",
     "SumoSignals",
     "Turn",
+    "Walk",
     "check_network",
     "exit_sides",
     "grid",
+    "plan_times",
     "read_cityflow_roadnet",
     "read_sumo_network",
     "shape_signature",

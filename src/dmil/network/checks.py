@@ -96,6 +96,12 @@ def _check_link(link: Link, known: set[str], where: str) -> None:
         raise NetworkError(
             f"it has {link.lanes} lanes", where=where, expected="a whole number, at least 1"
         )
+    if not link.closed < frozenset(range(link.lanes)):
+        raise NetworkError(
+            f"of its {link.lanes} lanes {sorted(link.closed)} are closed",
+            where=where,
+            expected=f"lanes from 0 to {link.lanes - 1}, at least one of them open",
+        )
 
 
 def _check_movements(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 
@@ -10,6 +11,8 @@ from pydantic import TypeAdapter
 
 from dmil.errors import NetworkError
 from dmil.network.checks import check_network
+from dmil.network.cityflow_geometry import road_length_m, way_segments
+from dmil.network.cityflow_phases import Served, give_way, sort_phases
 from dmil.network.cityflow_shape import Junction, Road, RoadLink, RoadnetFile
 from dmil.network.json_file import read_json
 from dmil.network.model import (
@@ -17,9 +20,7 @@ from dmil.network.model import (
     Intersection,
     Link,
     Movement,
-    Program,
     RoadNetwork,
-    Stage,
     Turn,
 )
 from dmil.network.naming import approach_names, order_counter_clockwise, phase_name
@@ -33,14 +34,32 @@ _TURN: dict[str, Turn] = {
 }
 
 
-def read_cityflow_roadnet(path: str | Path) -> RoadNetwork:
+@dataclass(frozen=True, eq=False)
+class CityflowNetwork(RoadNetwork):
+    """A road network with what CityFlow's router knows of it (ours).
+
+    Parameters
+    ----------
+    lane_length_m
+        For every link the mean length of its lanes, without the intersections it joins.
+    followers
+        For every link those that can follow, in the order in which the router tries them.
+    """
+
+    lane_length_m: tuple[float, ...] = field(default=(), repr=False)
+    followers: tuple[tuple[int, ...], ...] = field(default=(), repr=False)
+
+
+def read_cityflow_roadnet(path: str | Path) -> CityflowNetwork:
     """Read a road network in CityFlow's format (ours).
 
     Virtual intersections, and those without road links, become fringe nodes. Road links that are
-    in every phase of a light become unsignalled movements. Phases in which nothing else may go are
-    the clearance phase: no action, but their time is kept as the intersection's ``clearance_s``.
-    The other phases are the actions, in the file's order, and their times the fixed-time plan. An
-    intersection without light, or with a light of a single phase, has one phase.
+    in every phase of a light become unsignalled movements. Yellow and clearance phases are no
+    actions, but their time is kept as the intersection's ``clearance_s``; which they are, see
+    `dmil.network.cityflow_phases.sort_phases`. The other phases are the actions, in the file's
+    order, and the times of all the fixed-time plan. An intersection without light, or with a light
+    of a single phase, has one phase. Turns give way to those whose way they cross, see
+    `dmil.network.cityflow_phases.give_way`.
 
     Parameters
     ----------
@@ -59,12 +78,13 @@ def read_cityflow_roadnet(path: str | Path) -> RoadNetwork:
     """
     file = read_json(path, _FILE, content="a CityFlow road network", error=NetworkError)
     roads = {road.id: road for road in file.roads}
+    junctions = {node.id: node for node in file.intersections}
     intersections = tuple(
         _intersection(junction, roads, f"{path}: intersections[{index}]")
         for index, junction in enumerate(file.intersections)
         if not junction.is_fringe
     )
-    network = RoadNetwork(
+    network = CityflowNetwork(
         name=Path(path).stem,
         links=tuple(
             Link(
@@ -83,9 +103,23 @@ def read_cityflow_roadnet(path: str | Path) -> RoadNetwork:
         intersections=intersections,
         fringe=tuple(node.id for node in file.intersections if node.is_fringe),
         position_m={node.id: (node.point.x, node.point.y) for node in file.intersections},
+        lane_length_m=tuple(road_length_m(road, junctions) for road in file.roads),
+        followers=_followers(file),
     )
     check_network(network, where=str(path))
     return network
+
+
+def _followers(file: RoadnetFile) -> tuple[tuple[int, ...], ...]:
+    """Return which roads follow each one, in the order in which its end lists its roads."""
+    index = {road.id: k for k, road in enumerate(file.roads)}
+    found: dict[str, list[int]] = {road.id: [] for road in file.roads}
+    for node in file.intersections:
+        joined = {(link.start_road, link.end_road) for link in node.road_links}
+        for start in [] if node.is_fringe else dict.fromkeys(start for start, _ in joined):
+            listed = index if node.roads is None else node.roads
+            found[start] = [index[end] for end in listed if (start, end) in joined]
+    return tuple(map(tuple, found.values()))
 
 
 def _intersection(junction: Junction, roads: dict[str, Road], where: str) -> Intersection:
@@ -106,9 +140,20 @@ def _intersection(junction: Junction, roads: dict[str, Road], where: str) -> Int
     movements = tuple(
         _movement(junction.road_links[index], approaches, lanes[index]) for index in order
     )
-    rank = {index: position for position, index in enumerate(order)}
+    served = _served(junction, {index: position for position, index in enumerate(order)}, where)
+    phases = sort_phases(served)
     sides = approach_names([angles[link] for link in approaches])
-    return _with_phases(junction, movements, rank, sides, where)
+    ways = [way_segments(junction.road_links[index], roads, junction.width) for index in order]
+    return Intersection(
+        id=junction.id,
+        movements=movements,
+        phases=phases.actions,
+        unsignalled=phases.unsignalled,
+        program=phases.program,
+        phase_names=tuple(phase_name(phase, movements, sides) for phase in phases.actions),
+        clearance_s=phases.clearance_s,
+        gives_way=give_way(movements, ways, served),
+    )
 
 
 def _movement(link: RoadLink, approaches: list[str], lanes: tuple[int, ...]) -> Movement:
@@ -121,11 +166,11 @@ def _lanes(junction: Junction, roads: dict[str, Road], where: str) -> list[tuple
     used: list[tuple[int, ...]] = []
     for index, link in enumerate(junction.road_links):
         place = f"{where}.roadLinks[{index}]"
-        for field, name in (("startRoad", link.start_road), ("endRoad", link.end_road)):
+        for key, name in (("startRoad", link.start_road), ("endRoad", link.end_road)):
             if name not in roads:
                 raise NetworkError(
                     f"there is no road '{name}'",
-                    where=f"{place}.{field}",
+                    where=f"{place}.{key}",
                     mend="add the road, or correct its name",
                 )
         count = len(roads[link.start_road].lanes)
@@ -140,15 +185,9 @@ def _lanes(junction: Junction, roads: dict[str, Road], where: str) -> list[tuple
     return used
 
 
-def _with_phases(
-    junction: Junction,
-    movements: tuple[Movement, ...],
-    rank: dict[int, int],
-    sides: tuple[str, ...],
-    where: str,
-) -> Intersection:
-    """Split the file's phases into actions and clearance, and add them to the movements."""
-    served: list[tuple[frozenset[int], float]] = []
+def _served(junction: Junction, rank: dict[int, int], where: str) -> list[Served]:
+    """Return what the file's phases serve; a junction without light has one of everything."""
+    served: list[Served] = []
     for index, phase in enumerate(junction.light.phases if junction.light else ()):
         missing = [link for link in phase.available if link not in rank]
         if missing:
@@ -160,37 +199,13 @@ def _with_phases(
         served.append((frozenset(rank[link] for link in phase.available), phase.time))
     if not served:
         served = [(frozenset(rank.values()), 0.0)]
-    shown = {phase for phase, _ in served if phase}
-    if not shown:
+    if not any(phase for phase, _ in served):
         raise NetworkError(
             "no phase of its light serves a road link",
             where=f"{where}.trafficLight.lightphases",
             mend="give the phases their road links, or remove the light",
         )
-    # With a single phase "in every phase" says nothing: it is an action, not a right of way.
-    unsignalled: frozenset[int] = frozenset()
-    if len(shown) > 1:
-        unsignalled = frozenset.intersection(*(phase for phase, _ in served))
-    greens = [(phase - unsignalled, time_s) for phase, time_s in served if phase - unsignalled]
-    phases = tuple(dict.fromkeys(phase for phase, _ in greens))
-    clearance = [time_s for phase, time_s in served if not phase - unsignalled]
-    return Intersection(
-        id=junction.id,
-        movements=movements,
-        phases=phases,
-        unsignalled=unsignalled,
-        program=_program(served, unsignalled),
-        phase_names=tuple(phase_name(phase, movements, sides) for phase in phases),
-        clearance_s=max(clearance, default=0.0) if len(phases) > 1 else 0.0,
-    )
-
-
-def _program(
-    served: list[tuple[frozenset[int], float]], unsignalled: frozenset[int]
-) -> Program | None:
-    greens = [(time_s, phase - unsignalled) for phase, time_s in served if time_s > 0]
-    stages = tuple(Stage(time_s, green, clearance=not green) for time_s, green in greens)
-    return Program(stages) if any(stage.green for stage in stages) else None
+    return served
 
 
 def _angle_of_origin(road: Road) -> float:

@@ -24,6 +24,7 @@ class Lane(_Shape):
     """One lane of a road."""
 
     max_speed: Annotated[FiniteFloat, Field(gt=0, alias="maxSpeed")]
+    width: Annotated[FiniteFloat, Field(ge=0)] = 4.0
 
 
 class Road(_Shape):
@@ -40,6 +41,8 @@ class LaneLink(_Shape):
     """The way from a lane to a lane."""
 
     start_lane: Annotated[NonNegativeInt, Field(alias="startLaneIndex")]
+    end_lane: Annotated[NonNegativeInt, Field(alias="endLaneIndex")] = 0
+    points: tuple[Point, ...] | None = None
 
 
 class RoadLink(_Shape):
@@ -69,6 +72,8 @@ class Junction(_Shape):
 
     id: Text
     point: Point
+    width: Annotated[FiniteFloat, Field(ge=0)] = 0.0
+    roads: tuple[Text, ...] | None = None
     road_links: Annotated[tuple[RoadLink, ...], Field(alias="roadLinks")] = ()
     light: Annotated[TrafficLight | None, Field(alias="trafficLight")] = None
     virtual: bool = False

@@ -15,6 +15,9 @@ from typing import Literal, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from dmil.network.permissions import Classes, Permissions
+from dmil.network.program import Program
+
 Scalar = TypeVar("Scalar", bound=np.generic)
 Turn = Literal["right", "straight", "left", "uturn"]
 TURNS: tuple[Turn, ...] = ("right", "straight", "left", "uturn")
@@ -36,6 +39,9 @@ class Link:
         Free-flow speed.
     lanes
         Number of lanes.
+    closed
+        Lanes among them in which the vehicles do not drive, numbered as in the file: for
+        pedestrians, bicycles, or classes of which there is hardly anybody.
     """
 
     id: str
@@ -44,6 +50,12 @@ class Link:
     length_m: float
     speed_m_per_s: float
     lanes: int
+    closed: frozenset[int] = frozenset()
+
+    @property
+    def open_lanes(self) -> int:
+        """Number of lanes in which the vehicles drive."""
+        return self.lanes - len(self.closed)
 
     @property
     def free_flow_time_s(self) -> float:
@@ -76,48 +88,22 @@ class Movement:
 
 
 @dataclass(frozen=True, slots=True)
-class Stage:
-    """One step of a fixed-time program (ours).
+class Walk:
+    """A crossing of pedestrians under an intersection's signals (ours).
 
     Parameters
     ----------
-    duration_s
-        How long it lasts.
-    green
-        Local indices of the movements that may go, unsignalled ones left out; none or fewer during
-        a clearance.
-    clearance
-        Whether it is yellow or all-red between two phases, even if somebody still has green.
+    phases
+        Those that it goes with.
+    least_s
+        Shortest green of its pedestrians.
+    clear_s
+        Time from the end of that until vehicles may cross their way.
     """
 
-    duration_s: float
-    green: frozenset[int]
-    clearance: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Program:
-    """The fixed-time plan that a network's file has for an intersection (ours).
-
-    Parameters
-    ----------
-    stages
-        In order, clearance included; they repeat for ever.
-    offset_s
-        A time at which the cycle begins: at time t it stands at (t − offset_s) modulo its length.
-    adaptive
-        Whether SUMO makes the greens longer or shorter with the traffic (an actuated program); the
-        queue simulator shows them as long as the file says.
-    """
-
-    stages: tuple[Stage, ...]
-    offset_s: float = 0.0
-    adaptive: bool = False
-
-    @property
-    def cycle_s(self) -> float:
-        """Duration of all stages."""
-        return sum(stage.duration_s for stage in self.stages)
+    phases: frozenset[int]
+    least_s: int
+    clear_s: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +126,9 @@ class Intersection:
         Local indices of the movements that always may go (the paper's right turns).
     program
         Fixed-time plan of the file, if it has one.
+    own_control
+        SUMO's type of the file's control where that is no plan of one stage after the other and
+        only SUMO can run it, such as ``NEMA``; else empty.
     phase_names
         One readable name per phase, may be empty.
     clearance_s
@@ -149,6 +138,8 @@ class Intersection:
         be empty. Nobody yields in a circle.
     conflicts
         Pairs (i, j), i < j, of movements whose paths cross; may be empty where not known.
+    walks
+        Crossings of pedestrians.
     """
 
     id: str
@@ -156,10 +147,12 @@ class Intersection:
     phases: tuple[frozenset[int], ...]
     unsignalled: frozenset[int]
     program: Program | None = None
+    own_control: str = ""
     phase_names: tuple[str, ...] = ()
     clearance_s: float = 0.0
     gives_way: tuple[tuple[int, ...], ...] = ()
     conflicts: frozenset[tuple[int, int]] = frozenset()
+    walks: tuple[Walk, ...] = ()
 
     @property
     def planned_green_s(self) -> dict[int, float]:
@@ -174,7 +167,7 @@ class Intersection:
 
 @dataclass(frozen=True, slots=True)
 class Junction:
-    """A node without signals: vehicles cross it freely, nobody controls it (ours).
+    """A node without signals: nobody controls it (ours).
 
     Parameters
     ----------
@@ -182,10 +175,13 @@ class Junction:
         Node id.
     movements
         The ways across it.
+    gives_way
+        For every movement the movements that it yields to; empty if nobody does.
     """
 
     id: str
     movements: tuple[Movement, ...]
+    gives_way: tuple[tuple[int, ...], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -204,6 +200,8 @@ class RoadNetwork:
         Node id to (x, y) in metres, x to the East and y to the North; for drawings only.
     junctions
         Nodes without signals.
+    permissions
+        Which vehicle classes may use which lanes; None where all may use all.
     """
 
     name: str
@@ -212,6 +210,7 @@ class RoadNetwork:
     fringe: tuple[str, ...]
     position_m: Mapping[str, tuple[float, float]] = field(repr=False)
     junctions: tuple[Junction, ...] = ()
+    permissions: Permissions | None = field(default=None, repr=False)
 
     def __hash__(self) -> int:
         # The dataclass's own hash would walk all links at every look-up of a cache.
@@ -265,6 +264,44 @@ class RoadNetwork:
             for movement in node.movements:
                 found[link[movement.from_link]].append((link[movement.to_link], movement.turn))
         return tuple(tuple(pairs) for pairs in found)
+
+    def successors_for(self, classes: Classes) -> tuple[tuple[tuple[int, Turn], ...], ...]:
+        """Return `successors` as far as vehicles of some classes may go that way.
+
+        Parameters
+        ----------
+        classes
+            What the vehicles are.
+        """
+        allowed = self.permissions
+        if allowed is None or not classes:
+            return self.successors
+        if classes not in self._successors:
+            names = [link.id for link in self.links]
+            self._successors[classes] = tuple(
+                tuple(p for p in pairs if allowed.lanes_to(names[here], names[p[0]], classes))
+                for here, pairs in enumerate(self.successors)
+            )
+        return self._successors[classes]
+
+    @cached_property
+    def _successors(self) -> dict[Classes, tuple[tuple[tuple[int, Turn], ...], ...]]:
+        return {}
+
+    def lanes_to(self, movement: Movement, classes: Classes | None = None) -> tuple[int, ...]:
+        """Return the lanes in which vehicles queue for a movement.
+
+        Parameters
+        ----------
+        movement
+            One of the network's.
+        classes
+            What the vehicles are; None: the lanes of anybody.
+        """
+        if self.permissions is None:
+            return movement.lanes
+        pair = movement.from_link, movement.to_link
+        return self.permissions.lanes_to(*pair, classes or Classes()) or movement.lanes
 
     @cached_property
     def free_flow_time_s(self) -> npt.NDArray[np.float64]:

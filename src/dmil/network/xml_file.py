@@ -27,6 +27,7 @@ CONTENT = {
 """Root element to what a file is that has it."""
 
 _CHUNK_BYTES = 1 << 16
+_INCLUDE = "include"
 _CUT_OFF = {
     expat.errors.codes[message]
     for message in (
@@ -71,15 +72,16 @@ def check_xml(
     path
         The file; gzipped ones are recognised by their first bytes.
     root
-        Names that its root element may have; any if empty.
+        Names that its root element usually has. As in SUMO it may have others, but for those
+        that another kind of file has, and but for a network's.
     error
         Kind of error to raise.
 
     Raises
     ------
     InputError
-        Of the given kind, if the file is missing, unreadable, cut off, not XML, has another root
-        element, or has a DOCTYPE.
+        Of the given kind, if the file is missing, unreadable, cut off, not XML, of another kind, or
+        has a DOCTYPE.
     """
     for _ in iter_elements(path, (), root=root, error=error):
         pass
@@ -91,11 +93,13 @@ def iter_elements(
     *,
     root: Collection[str] = (),
     error: type[InputError] = InputError,
+    included_by: tuple[Path, ...] = (),
 ) -> Iterator[tuple[XmlPlace, Element]]:
     """Read the elements of some names, one after the other, whole with their children (ours).
 
     The file is read in pieces, so its size does not matter. An element inside another one that is
-    given out is only its child. An error may come after the elements in front of it.
+    given out is only its child. An error may come after the elements in front of it. What a file
+    includes (``<include href="…"/>``) is read in its place, as in SUMO.
 
     Parameters
     ----------
@@ -104,9 +108,11 @@ def iter_elements(
     tags
         Names of the elements.
     root
-        Names that the root element may have; any if empty.
+        Names that the root element usually has, see :func:`check_xml`.
     error
         Kind of error to raise.
+    included_by
+        The files that led to this one by including each other.
 
     Yields
     ------
@@ -116,9 +122,9 @@ def iter_elements(
     Raises
     ------
     InputError
-        As with :func:`check_xml`.
+        As with :func:`check_xml`, or if a file includes itself.
     """
-    wanted = frozenset(tags)
+    wanted = frozenset((*tags, _INCLUDE))
     found: list[tuple[XmlPlace, Element]] = []
     open_: list[Element] = []
 
@@ -138,7 +144,19 @@ def iter_elements(
     walk = XmlWalk(path, start, end, root=root, error=error)
     for _ in walk.pieces():
         complete = len(found) - bool(open_)
-        yield from found[:complete]
+        for place, element in found[:complete]:
+            if element.tag != _INCLUDE:
+                yield place, element
+                continue
+            chain = (*included_by, Path(path).resolve())
+            other = Path(path).parent / element.get("href", "")
+            if other.resolve() in chain:
+                raise error(
+                    f"it includes '{element.get('href', '')}', which leads back to it",
+                    where=str(place),
+                    expected="files that do not include each other",
+                )
+            yield from iter_elements(other, tags, root=root, error=error, included_by=chain)
         del found[:complete]
 
 
@@ -153,8 +171,10 @@ class XmlWalk:
         Called with the name and the attributes of every element that begins.
     end
         Called with the name of every element that ends.
+    text
+        Called with every piece of text between them.
     root
-        Names that the root element may have; any if empty.
+        Names that the root element usually has, see :func:`check_xml`.
     error
         Kind of error to raise.
     """
@@ -165,6 +185,7 @@ class XmlWalk:
         start: Start,
         end: End,
         *,
+        text: End | None = None,
         root: Collection[str] = (),
         error: type[InputError] = InputError,
     ) -> None:
@@ -177,6 +198,7 @@ class XmlWalk:
         self._parser = expat.ParserCreate()
         self._parser.StartElementHandler = self._begin
         self._parser.EndElementHandler = end
+        self._parser.CharacterDataHandler = text
         self._parser.StartDoctypeDeclHandler = self._refuse
         self._parser.EntityDeclHandler = self._refuse
 
@@ -256,7 +278,8 @@ class XmlWalk:
 
     def _begin(self, name: str, attributes: dict[str, str]) -> None:
         self._parser.StartElementHandler = self._start
-        if self._roots and name not in self._roots:
+        # SUMO does not look at the name; one that says that this is something else is a mistake.
+        if self._roots and name not in self._roots and ("net" in self._roots or name in CONTENT):
             what = f", so this is {CONTENT[name]}" if name in CONTENT else ""
             raise self._error(
                 f"its root element is <{name}>{what}",

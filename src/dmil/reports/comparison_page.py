@@ -8,12 +8,14 @@ from typing import Any
 
 import dmil
 from dmil.doctor import Diagnosis
+from dmil.reports.contenders_chart import contenders_chart
 from dmil.reports.export import embedded, script_bundle, write_file
 from dmil.reports.figure import figure
 from dmil.reports.html import environment
 from dmil.reports.network_chart import network_chart
 from dmil.reports.theme import DARK
 from dmil.statistics import Estimate
+from dmil.studies.answer import METRIC, answer, locked_notes
 from dmil.studies.comparison import Comparison
 
 #: Columns of the table: metric, head, factor, digits, whether the difference is shown.
@@ -59,6 +61,15 @@ def write_comparison(
     OutputError
         The file cannot be written.
     """
+    seeds = "every dot a seed, the black one the mean" if len(found.seeds) > 1 else "one seed"
+    sure = "" if found.one_day or len(found.seeds) == 1 else ", the line its 95 % interval"
+    ranking = figure(
+        "ranking",
+        "answer",
+        title,
+        f"Delay per vehicle, least first: {seeds}{sure}.",
+        contenders_chart(found, METRIC, "delay, s per vehicle"),
+    )
     caption = "The network; numbers at intersections are those of the list, colours their shapes."
     chart = figure("network", "network", title, caption, network_chart(diagnosis))
     columns = [column for column in COLUMNS if _is_known(found, column[0])]
@@ -69,13 +80,20 @@ def write_comparison(
             title=title,
             about=about,
             notes=notes,
+            answer=answer(found),
+            withheld=found.withheld,
+            locked=locked_notes(found),
+            ranking=ranking,
+            spread=[] if found.one_day or len(found.seeds) == 1 else _spread(found),
             answers=_answers(found),
-            reference=found.reference if found.reference in found.labels else None,
+            reference=found.reference
+            if found.reference in found.labels and not found.withheld
+            else None,
             columns=columns,
             rows=_rows(found, columns),
             findings=[each for each in diagnosis.findings if each.severity != "note"],
             figure=chart,
-            specs=[(chart.name, embedded(chart.spec))],
+            specs=[(each.name, embedded(each.spec)) for each in (ranking, chart)],
             bundle=script_bundle(),
             dark_colours=DARK,
             version=dmil.__version__,
@@ -93,7 +111,7 @@ def _answers(found: Comparison) -> list[dict[str, Any]]:
     """Say of everyone whether the difference to the reference is shown, by its interval."""
     metric, _, factor, digits, _ = HEADLINE
     difference = found.difference(metric)
-    if difference is None:
+    if difference is None or found.withheld:
         return []
     answers = []
     for i, label in enumerate(found.labels):
@@ -101,7 +119,7 @@ def _answers(found: Comparison) -> list[dict[str, Any]]:
             continue
         cell = _cell(difference, i, factor, digits)
         low, high = cell["low"], cell["high"]
-        verdict = "one seed shows nothing"
+        verdict = "one day, no interval" if found.one_day else "one seed shows nothing"
         if low is not None and high is not None:
             verdict = "less" if high < 0 else "more" if low > 0 else "not shown to differ"
         answers.append({"label": label, "verdict": verdict, **cell})
@@ -124,6 +142,12 @@ def _rows(found: Comparison, columns: Sequence[Any]) -> list[dict[str, Any]]:
                 }
             )
     return rows
+
+
+def _spread(found: Comparison) -> list[tuple[float, ...]]:
+    """Return median, interquartile mean and worst seed of the delay, for every contender."""
+    each = found.spread(METRIC).values()
+    return [tuple(map(float, row)) for row in zip(*each, strict=True)]
 
 
 def _cell(estimate: Estimate, i: int, factor: float, digits: int) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmil.doctor import Case
-from dmil.doctor.roads import Line
+from dmil.doctor.roads import Line, road_ends
 from dmil.network import Intersection, Junction, Link
 from dmil.reports.paths import (
     Points,
@@ -69,7 +69,7 @@ class Crossing:
         # Without a file's lines, links run from middle to middle and need room in between.
         widest = max(self._links[name].lanes for name in (*self._into, *self._out_of))
         self._room_m = 0.0 if case.sumo else (widest + 1.2) * LANE_M
-        self._used = self._lanes_used()
+        self._used, self._closed = self._lanes_used(), road_ends(case.network)
         self.stops = {
             (movement.from_link, lane): self._stop(self._links[movement.from_link], lane)
             for movement in item.movements
@@ -163,9 +163,12 @@ class Crossing:
         movement = self._item.movements[j]
         start, goal = self._links[movement.from_link], self._links[movement.to_link]
         lanes = self._from_right(start.id, movement.lanes)
-        onto = self._used.get(goal.id, list(range(goal.lanes)))
-        # Right turns keep right, left turns left, and who goes straight stays in line.
+        onto = self._used.get(goal.id, [])
         rank = self._used[start.id].index(lanes[0])
+        if goal.end in self._closed or len(onto) < len(lanes):
+            # Which lanes lead on does not tell which ones are driven on.
+            onto, rank = list(range(goal.lanes)), lanes[0]
+        # Right turns keep right, left turns left, and who goes straight stays in line.
         far = max(len(onto) - len(lanes), 0)
         first_lane = {"right": 0, "straight": min(rank, far)}.get(movement.turn, far)
         ways = []

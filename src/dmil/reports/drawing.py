@@ -38,7 +38,7 @@ class DrawingProcesses:
 
     def __enter__(self) -> DrawingProcesses:
         self._folder = tempfile.TemporaryDirectory(prefix="dmil-figures-")
-        command = [sys.executable, "-m", __name__, self._folder.name]
+        command = [sys.executable, "-P", "-m", __name__, self._folder.name]
         self._workers = [
             subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
             for _ in range(PROCESSES)

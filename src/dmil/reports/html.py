@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import jinja2
+from markupsafe import Markup
 
 import dmil
 from dmil.reports.export import embedded, script_bundle
@@ -25,8 +26,14 @@ def environment() -> jinja2.Environment:
         lstrip_blocks=True,
     )
     made.filters |= {"number": number, "signed": signed, "controller": controller_label}
+    made.filters["options_below"] = _options_below
     made.globals["interval"] = interval
     return made
+
+
+def _options_below(label: str) -> Markup:
+    """Return a contender's label with every option on a line of its own."""
+    return Markup(",<br>").join(label.split(","))
 
 
 def shared_values(results: Results, figures: Sequence[Figure]) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmil.doctor import Diagnosis, IntersectionFacts
+from dmil.doctor.roads import road_ends
 from dmil.reports.marks import Chart, heading
 from dmil.reports.paths import Points, beside, without_repeats
 from dmil.reports.sheet import Sheet, shortened, text_width
@@ -97,11 +98,12 @@ def _roads(sheet: Sheet, diagnosis: Diagnosis, frame: _Frame) -> None:
 
 def _nodes(sheet: Sheet, diagnosis: Diagnosis, frame: _Frame) -> None:
     network = diagnosis.case.network
-    few = len(network.junctions) <= 150
-    for junction in network.junctions:
+    crossed = [each for each in network.junctions if each.id not in road_ends(network)]
+    few = len(crossed) <= 150
+    for junction in crossed:
         place = frame.place(np.array([network.position_m[junction.id]]))[0]
         sheet.dot(place, 1.7 if few else 1.1, "white", rim=FAINT, rim_width=0.6)
-    for node in network.fringe:
+    for node in sorted(diagnosis.ends):
         place = frame.place(np.array([network.position_m[node]]))[0]
         sheet.dot(place, 2.6, "white", rim=INK, rim_width=1.1)
     colours = _colours(diagnosis)

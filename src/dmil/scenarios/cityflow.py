@@ -8,7 +8,8 @@ from pathlib import Path
 from dmil.demand import read_cityflow_flow
 from dmil.errors import InputError, unknown_name
 from dmil.network import read_cityflow_roadnet
-from dmil.scenarios.model import QueueDynamics, Scenario, SignalTiming
+from dmil.scenarios.model import QueueDynamics, Scenario
+from dmil.scenarios.timing import PLAN, SignalTiming
 
 DECISION_INTERVAL_S = 15
 SATURATION_FLOW_VEH_PER_S = 0.5
@@ -36,7 +37,7 @@ def cityflow_scenario(
     horizon_s
         Length of a run in seconds; if not given, the last departure rounded up to the next 600 s.
     timing
-        Signal timing; if not given, the clearance is the file's clearance phase.
+        Signal timing; if not given, clearance and greens are what each plan says.
     dynamics
         Queue dynamics; if not given 0.5 vehicles per second and lane, and finite storage.
     name
@@ -56,10 +57,7 @@ def cityflow_scenario(
         name=name or f"cityflow:{Path(flow).stem}",
         network=network,
         demand=demand,
-        timing=timing
-        or SignalTiming(
-            decision_interval_s=decision_interval_s, clearance_s=math.ceil(network.clearance_s)
-        ),
+        timing=timing or SignalTiming(decision_interval_s=decision_interval_s, **PLAN),
         dynamics=dynamics
         or QueueDynamics(
             saturation_flow_veh_per_s=SATURATION_FLOW_VEH_PER_S,

@@ -8,7 +8,15 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from dmil.demand import CompoundPoissonDemand, Demand, PoissonDemand, ProfileDemand, Ties
+from dmil.demand import (
+    CompoundPoissonDemand,
+    Demand,
+    PoissonDemand,
+    ProfileDemand,
+    ResampledDemand,
+    ScalableDemand,
+    Ties,
+)
 from dmil.demand.arrivals import DEFAULT_BATCH_VEH, ArrivalProcess
 from dmil.demand.rates import check_rates, rates_at_fringe
 from dmil.errors import DemandError, InputError
@@ -203,6 +211,26 @@ def with_ties(demand: Demand, ties: Ties, network: RoadNetwork) -> Demand:
         raise _recorded(demand, network, "ties")
     changed: Demand = demand.with_ties(ties)
     return changed
+
+
+def resampled(demand: Demand, shift_s: int) -> ResampledDemand:
+    """Return other days like a recorded one, see `ResampledDemand` (ours).
+
+    Raises
+    ------
+    InputError
+        If vehicles arrive at random, so that every seed has another day already.
+    """
+    if isinstance(demand, PoissonDemand | CompoundPoissonDemand | ProfileDemand):
+        raise InputError(
+            "vehicles arrive at random, other ones in every seed",
+            where="resample",
+            expected="recorded vehicles where days are drawn from them",
+            mend="leave --resample out",
+        )
+    if not isinstance(demand, ScalableDemand):
+        raise InputError(f"a {type(demand).__name__} cannot be resampled", where="resample")
+    return ResampledDemand(demand, shift_s)
 
 
 def _recorded(demand: Demand, network: RoadNetwork, where: str) -> InputError:

@@ -3,93 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field
 
 from dmil.demand import Demand
 from dmil.errors import InputError
 from dmil.network import RoadNetwork
-from dmil.network.json_file import first_problem
+from dmil.scenarios.settings import Settings
 from dmil.scenarios.sumo_files import SumoFiles
+from dmil.scenarios.timing import SignalTiming
 
 LONGEST_RUN_S = 10**8
 """Longest run, three years: steps are counted in 32 bits."""
 HIGHEST_LOAD = 1e6
 """Highest factor on a demand: what is above would fill any memory with vehicles."""
-
-
-class Settings(BaseModel):
-    """Frozen numbers of a scenario; a wrong one raises our error and not pydantic's."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    def __init__(self, **values: Any) -> None:
-        try:
-            super().__init__(**values)
-        except ValidationError as cause:
-            place, problem = first_problem(cause)
-            fields = ", ".join(type(self).model_fields)
-            name = type(self).__name__
-            raise InputError(
-                problem,
-                where=f"{name}.{place}" if place else name,
-                mend=f"{name} has the fields {fields}",
-            ) from None
-
-
-class SignalTiming(Settings):
-    """When signals may change, in whole seconds: the simulator's steps."""
-
-    decision_interval_s: int = Field(
-        default=10, ge=1, description="Seconds between two decisions of a controller (paper: 10)."
-    )
-    clearance_s: int = Field(
-        default=0,
-        ge=0,
-        description="Seconds of yellow and all-red after a change of phase; movements that are "
-        "green in both phases go on. Less than the decision interval (paper: none).",
-    )
-    all_red_s: int = Field(
-        default=0,
-        ge=0,
-        description="How many of the clearance's seconds, its last, are all-red; the others are "
-        "yellow. Only SUMO tells them apart.",
-    )
-    min_green_s: int = Field(
-        default=0, ge=0, description="Least seconds of green before a phase may end (paper: none)."
-    )
-    max_green_s: int = Field(
-        default=0,
-        ge=0,
-        description="Seconds of green after which the next phase follows if the controller chooses "
-        "none; 0: no limit (paper: none).",
-    )
-    startup_lost_s: int = Field(
-        default=0,
-        ge=0,
-        description="Seconds at the beginning of green in which a queue does not move yet "
-        "(paper: none).",
-    )
-
-    @model_validator(mode="after")
-    def _consistent(self) -> SignalTiming:
-        if self.clearance_s >= self.decision_interval_s:
-            raise ValueError(
-                f"clearance_s ({self.clearance_s}) must be less than decision_interval_s "
-                f"({self.decision_interval_s}), or no phase would ever be green"
-            )
-        if self.all_red_s > self.clearance_s:
-            raise ValueError(
-                f"all_red_s ({self.all_red_s}) is a part of clearance_s ({self.clearance_s}) and "
-                "cannot be longer"
-            )
-        if 0 < self.max_green_s < self.min_green_s:
-            raise ValueError(
-                f"max_green_s ({self.max_green_s}) must not be less than min_green_s "
-                f"({self.min_green_s})"
-            )
-        return self
 
 
 class QueueDynamics(Settings):

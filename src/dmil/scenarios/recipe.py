@@ -9,23 +9,25 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.demand import Ties
+from dmil.demand.resampled import SHIFT_S
 from dmil.errors import InputError
 from dmil.interpretations import mark
 from dmil.network.grid import ENTRY_LINK_TIME_S, LINK_TIME_S
 from dmil.network.sumo.reader import Phases
 from dmil.scenarios.calibration import load_calibration
 from dmil.scenarios.cityflow import cityflow_scenario
-from dmil.scenarios.demand_changes import DemandChanges, with_ties
+from dmil.scenarios.demand_changes import DemandChanges, resampled, with_ties
 from dmil.scenarios.model import (
     HIGHEST_LOAD,
     LONGEST_RUN_S,
     QueueDynamics,
     Scenario,
-    SignalTiming,
 )
 from dmil.scenarios.registry import scenario, with_load
-from dmil.scenarios.sumo import SumoConfiguration, sumo_scenario
+from dmil.scenarios.sumo import sumo_scenario
+from dmil.scenarios.sumo_configuration import SumoConfiguration
 from dmil.scenarios.sumo_files import Routing
+from dmil.scenarios.timing import SignalTiming
 
 LONGEST_LINK_S = 3600.0
 """Longest time on a grid's link: an hour."""
@@ -107,6 +109,9 @@ class ScenarioRecipe(BaseModel):
     routes: tuple[Path, ...] = Field(
         (), description="SUMO's route files (.rou.xml) on that network: vehicles, trips, flows."
     )
+    additional: tuple[Path, ...] = Field(
+        (), description="SUMO's additional files (.add.xml) beside network and routes."
+    )
     begin_s: int | None = Field(
         None,
         ge=0,
@@ -122,7 +127,8 @@ class ScenarioRecipe(BaseModel):
     routing: Routing | None = Field(
         None,
         description="Ways of SUMO's trips: sumo (it runs once and chooses by the traffic, the "
-        "default where it is installed) or free-flow.",
+        "default where it is installed), mesoscopic (the same in a tenth of the time, by its "
+        "model of queues) or free-flow.",
     )
     horizon_s: int | None = Field(
         None,
@@ -137,6 +143,17 @@ class ScenarioRecipe(BaseModel):
         le=HIGHEST_LOAD,
         allow_inf_nan=False,
         description="Factor on the demand; 2 means twice as many vehicles.",
+    )
+    resample: bool = Field(
+        False,
+        description="Draw for every seed another day from recorded vehicles: as many, some of them "
+        "twice and some not at all, each departing a little sooner or later.",
+    )
+    resample_shift_s: int | None = Field(
+        None,
+        ge=0,
+        le=LONGEST_RUN_S,
+        description=f"Most seconds that a departure of such a day moves, by default {SHIFT_S}.",
     )
     ties: Ties | None = Field(
         None,
@@ -169,6 +186,9 @@ class ScenarioRecipe(BaseModel):
         if self.ties is not None:
             made = replace(made, demand=with_ties(made.demand, self.ties, made.network))
         made = with_load(made, self.load)
+        if self.resample or self.resample_shift_s is not None:
+            shift_s = SHIFT_S if self.resample_shift_s is None else self.resample_shift_s
+            made = replace(made, demand=resampled(made.demand, shift_s))
         if self.calibration is not None:
             made = load_calibration(self.calibration).applied_to(made)
         return replace(
@@ -205,12 +225,13 @@ class ScenarioRecipe(BaseModel):
             given += [name for name in others if getattr(self, name) is not None]
         if given == ["net", "routes"] and self.net:
             return sumo_scenario(
-                SumoConfiguration(self.net, self.routes),
+                SumoConfiguration(self.net, self.routes, self.additional),
                 begin_s=self.begin_s,
                 horizon_s=self.horizon_s,
                 phases=self.phases or "program",
                 routing=self.routing,
             )
+        given += ["additional"] if self.additional else []
         raise InputError(
             f"only {given[0]}" if len(given) == 1 else " and ".join(given) or "none is given",
             where="scenario",

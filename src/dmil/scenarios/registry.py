@@ -13,11 +13,15 @@ from dmil.network import grid
 from dmil.network.sumo.reader import Phases
 from dmil.scenarios.cityflow import cityflow_scenario, find_cityflow_files
 from dmil.scenarios.demand_changes import with_ties
-from dmil.scenarios.model import QueueDynamics, Scenario, SignalTiming
+from dmil.scenarios.model import QueueDynamics, Scenario
+from dmil.scenarios.names import kind_of, plain
 from dmil.scenarios.resco import PREFIX, RESCO, find_resco_configuration
 from dmil.scenarios.sumo import sumo_scenario
 from dmil.scenarios.sumo_files import Routing
+from dmil.scenarios.timing import SignalTiming
 
+RESCO_TIMING = SignalTiming(decision_interval_s=10, clearance_s=3)
+"""The benchmark's protocol, whatever the plans in its files say."""
 GRID_HORIZON_S = 300
 GRID_DEMANDS: dict[str, Demand] = {
     "": PoissonDemand(),
@@ -116,9 +120,8 @@ def _named(
     times: dict[str, float | None],
 ) -> Scenario:
     """Return a scenario with its own demand; what is None among the last two is not given."""
-    if name.endswith(".sumocfg") and ":" not in name:
-        name = f"sumo:{name}"
-    kind, _, rest = name.partition(":")
+    name = plain(name)
+    kind, rest = kind_of(name)
     of_grids = {key: value for key, value in times.items() if value is not None}
     if of_grids and kind != "grid":
         raise InputError(
@@ -134,7 +137,7 @@ def _named(
             horizon_s=horizon_s,
             phases=sumo["phases"] or "program",
             routing=sumo["routing"],
-            timing=timing,
+            timing=timing or (RESCO_TIMING if name.startswith(PREFIX) else None),
             dynamics=dynamics,
             name=name,
         )

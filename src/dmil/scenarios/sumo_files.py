@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from dmil.network.permissions import Classes
 from dmil.network.sumo import SumoSignals
 
-Routing = Literal["sumo", "free-flow"]
-"""Where the ways of trips are from: SUMO's choice in the traffic, or the shortest at free flow."""
+Routing = Literal["sumo", "mesoscopic", "free-flow"]
+"""Where the ways of trips are from: SUMO's choice in the traffic, that in its mesoscopic model of
+the traffic, or the shortest at free flow."""
 
 
 @dataclass(frozen=True)
@@ -24,17 +26,26 @@ class SumoFiles:
         How SUMO shows the phases, one per intersection.
     kinds
         Attributes of SUMO's vehicles; ``Vehicles.kind`` are indices into it.
+    classes
+        The vehicle classes of every such kind, which decide where vehicles may drive.
     vehicle_types_xml
         The vehicle types as XML elements, without a root element.
     begin_s
         SUMO's second that is second 0 of a run.
     routing
         Where the ways of trips are from; None where all vehicles have a route.
+    programs_xml
+        Signal programs and timetables beside the network's, as XML elements without a root element.
+    options
+        Further options of ``sumo``, as (name, value).
     """
 
     net_file: Path
     signals: tuple[SumoSignals, ...]
     kinds: tuple[dict[str, str], ...] = ({},)
+    classes: tuple[Classes, ...] = (Classes(),)
     vehicle_types_xml: str = ""
     begin_s: int = 0
     routing: Routing | None = None
+    programs_xml: str = ""
+    options: tuple[tuple[str, str], ...] = ()

@@ -85,5 +85,13 @@ class Simulator(Protocol):
             own fixed-time program.
         """
 
+    def passed_veh(self) -> npt.NDArray[np.int64]:
+        """Return how many vehicles have crossed each intersection's stop lines since the reset.
+
+        Returns
+        -------
+        (intersections,) int64
+        """
+
     def measures(self) -> Measures:
         """Return what has been measured since the last reset."""

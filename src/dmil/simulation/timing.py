@@ -15,7 +15,8 @@ import numpy.typing as npt
 from dmil.compilation import kernel
 from dmil.errors import InputError
 from dmil.network import RoadNetwork
-from dmil.scenarios import SignalTiming
+from dmil.scenarios import SignalTiming, signal_times
+from dmil.simulation.stand_ins import stand_in
 
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
@@ -31,13 +32,23 @@ ACTUATED = -2
 
 
 class Rules(NamedTuple):
-    """The times of `dmil.scenarios.SignalTiming` for kernels, in whole seconds."""
+    """Signal timing for kernels, in whole seconds.
+
+    Attributes
+    ----------
+    decision_interval_s: int
+    startup_lost_s: int
+    clearance_s: (intersections, phases, phases) int32
+        Of the change from a phase (row) to another (column).
+    min_green_s, max_green_s: (intersections, phases) int32
+        Of a phase; a longest green of 0 is no limit.
+    """
 
     decision_interval_s: int
-    clearance_s: int
-    min_green_s: int
-    max_green_s: int
     startup_lost_s: int
+    clearance_s: IntArray
+    min_green_s: IntArray
+    max_green_s: IntArray
 
 
 class Signals(NamedTuple):
@@ -78,14 +89,15 @@ class Programs(NamedTuple):
     begin_s: IntArray
 
 
-def rules_of(timing: SignalTiming) -> Rules:
-    """Return the signal timing of a scenario for kernels (ours)."""
+def rules_of(timing: SignalTiming, network: RoadNetwork) -> Rules:
+    """Return the signal timing of a network's intersections for kernels (ours)."""
+    times = signal_times(timing, network)
     return Rules(
         decision_interval_s=timing.decision_interval_s,
-        clearance_s=timing.clearance_s,
-        min_green_s=timing.min_green_s,
-        max_green_s=timing.max_green_s,
         startup_lost_s=timing.startup_lost_s,
+        clearance_s=times.clearance_s,
+        min_green_s=times.min_green_s,
+        max_green_s=times.max_green_s,
     )
 
 
@@ -107,6 +119,8 @@ def signals_of(network: RoadNetwork) -> Signals:
 def programs_of(network: RoadNetwork, start_s: int = 0) -> Programs:
     """Return the fixed-time programs of a network, stages rounded to whole seconds (ours).
 
+    An intersection under a control that only SUMO can run gets a stand-in, see `stand_in`.
+
     Parameters
     ----------
     network
@@ -117,7 +131,7 @@ def programs_of(network: RoadNetwork, start_s: int = 0) -> Programs:
     orientations = max(len(item.movements) for item in network.intersections)
     offset, ends, greens, begin = [0], [], [], []
     for item in network.intersections:
-        stages = item.program.stages if item.program else ()
+        stages = item.program.stages if item.program else stand_in(item)
         end_s = np.round(np.cumsum([stage.duration_s for stage in stages])).astype(int).tolist()
         if end_s:
             end_s[-1] = max(end_s[-1], 1)
@@ -201,7 +215,7 @@ def grant(
 
     A change is refused while a clearance runs or the green is younger than ``min_green_s``. A green
     of ``max_green_s`` or more is ended: if the controller does not, the next phase follows. A
-    granted change begins with ``clearance_s`` in which only movements go that are green in both
+    granted change begins with its ``clearance_s`` in which only movements go that are green in both
     phases, and unsignalled ones; a movement that had red loses ``startup_lost_s`` more. The first
     phase of a run, and one after the intersection's own program, needs no clearance.
 
@@ -225,7 +239,7 @@ def grant(
     served, unsignalled = signals.served, signals.unsignalled
     overruled = 0
     for i in range(phase.shape[0]):
-        wanted = requested[i]
+        wanted, shown = requested[i], phase[i]
         if wanted == PROGRAM:
             if switch_s[i] == NEVER_S:
                 phase[i] = -1
@@ -233,16 +247,17 @@ def grant(
                 switch_s[i] = time_s
             continue
         switch_s[i] = NEVER_S
-        if wanted == phase[i]:
-            too_long = rules.max_green_s > 0 and time_s >= green_from_s[i] + rules.max_green_s
+        if wanted == shown:
+            longest_s = rules.max_green_s[i, shown]
+            too_long = longest_s > 0 and time_s >= green_from_s[i] + longest_s
             if not too_long or signals.phase_count[i] == 1:
                 continue
             overruled += 1
             wanted = (wanted + 1) % signals.phase_count[i]
-        elif phase[i] >= 0 and time_s < green_from_s[i] + rules.min_green_s:
+        elif shown >= 0 and time_s < green_from_s[i] + rules.min_green_s[i, shown]:
             overruled += 1
             continue
-        green_from_s[i] = time_s if phase[i] < 0 else time_s + rules.clearance_s
+        green_from_s[i] = time_s if shown < 0 else time_s + rules.clearance_s[i, shown, wanted]
         phase[i] = wanted
         for j in range(served.shape[2]):
             if unsignalled[i, j]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from itertools import count
 from pathlib import Path
@@ -19,15 +19,17 @@ from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import stream
 from dmil.simulation import Simulator, make_simulator
-from dmil.statistics import Estimate, mean_interval, paired_difference
+from dmil.statistics import Estimate, interquartile_mean, mean_interval, paired_difference
 from dmil.studies.block import Row, measures_row
 from dmil.studies.executors import Executor, LocalExecutor
 from dmil.training import controller_of, evaluate, load_policy, vehicles_of_seed
+from dmil.training.flow import Flow, FlowRecorder, locks
 
 REFERENCE = "max-pressure"
 """Whom differences are taken to, unless another is named."""
-DETERMINISTIC = ("fixed-cycle", "program", "longest-queue-first", "max-pressure")
-"""Controllers that draw nothing: on the same vehicles they do the same."""
+MORE_IS_BETTER = ("throughput_veh_per_h", "arrived_veh")
+"""Measures whose worst seed is the one with the least; of all others it is the one with the most.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +70,22 @@ _CALLS = count()
 
 
 @dataclass(frozen=True, slots=True)
+class Locked:
+    """A junction that stood still until the end of a run, see `dmil.training.flow.locks`.
+
+    Attributes
+    ----------
+    junction: str
+        Id of the intersection.
+    since_s: int
+        From this second on.
+    """
+
+    junction: str
+    since_s: int
+
+
+@dataclass(frozen=True, slots=True)
 class Comparison:
     """Measures of all contenders, and what they say.
 
@@ -79,12 +97,16 @@ class Comparison:
     measures: dict
         Measure to (seeds, contenders) float64.
     same_demand: bool
-        Whether the vehicles are the same in every seed, so that only chance inside the
-        controllers differs.
+        Whether the vehicles are the same in every seed: one recorded day.
     exact: bool
         Whether the simulator itself draws nothing.
     reference: str
         Label of the contender that differences are taken to.
+    locked: dict
+        (label, seed) to the junctions that locked in that run, the first to lock first; runs
+        without such are missing.
+    withheld: str
+        Why no differences are taken; empty if they are.
     """
 
     labels: list[str]
@@ -93,37 +115,68 @@ class Comparison:
     same_demand: bool
     exact: bool = True
     reference: str = REFERENCE
+    locked: dict[tuple[str, int], tuple[Locked, ...]] = field(default_factory=dict)
+    withheld: str = ""
+
+    @property
+    def one_day(self) -> bool:
+        """Whether seeds change nothing on the roads, so that there is nothing to be sure of."""
+        return self.same_demand and self.exact
 
     def mean(self, measure: str) -> Estimate:
-        """Return the mean over seeds with its interval, for every contender (ours)."""
+        """Return the mean over seeds, for every contender (ours).
+
+        Its interval is NaN where there is one day only.
+        """
         values = self.measures[measure]
         estimate = mean_interval(values, stream(0, "bootstrap", "comparison", measure))
-        return self._with_exact(estimate, self._exact())
+        return self._of_this_day(estimate)
 
-    def difference(self, measure: str) -> Estimate | None:
-        """Return the paired difference to the reference, None if that is not here (ours)."""
-        if self.reference not in self.labels:
+    def difference(self, measure: str, reference: str | None = None) -> Estimate | None:
+        """Return the paired difference to a reference, None if there is none (ours).
+
+        Parameters
+        ----------
+        measure
+            Of what.
+        reference
+            Label of another contender than the comparison's own reference.
+        """
+        label = reference or self.reference
+        if self.withheld or label not in self.labels:
             return None
         values = self.measures[measure]
-        reference = self.labels.index(self.reference)
         estimate = paired_difference(
             values,
-            values[:, [reference]],
+            values[:, [self.labels.index(label)]],
             stream(0, "bootstrap", "comparison", measure),
         )
-        exact = self._exact()
-        return self._with_exact(estimate, exact & exact[reference])
+        return self._of_this_day(estimate)
 
-    def _exact(self) -> npt.NDArray[np.bool_]:
-        certain = self.same_demand and self.exact
-        names = [label.partition(",")[0] for label in self.labels]
-        return np.array([certain and name in DETERMINISTIC for name in names])
+    def spread(self, measure: str) -> dict[str, npt.NDArray[np.float64]]:
+        """Return median, interquartile mean and worst seed, (contenders,) each (ours)."""
+        values = self.measures[measure]
+        worst = np.min if measure in MORE_IS_BETTER else np.max
+        return {
+            "median": np.median(values, axis=0),
+            "interquartile_mean": interquartile_mean(values.T),
+            "worst": worst(values, axis=0),
+        }
 
-    @staticmethod
-    def _with_exact(estimate: Estimate, exact: npt.NDArray[np.bool_]) -> Estimate:
-        """Give what cannot vary an interval of no width, also where there is but one seed."""
-        low, high = (np.where(exact, estimate.value, end) for end in (estimate.low, estimate.high))
-        return Estimate(estimate.value, low, high, estimate.seeds)
+    def ranked(self, measure: str) -> Comparison:
+        """Return the same with the contenders sorted, the least mean first (ours)."""
+        order = np.argsort(self.measures[measure].mean(axis=0), kind="stable")
+        return replace(
+            self,
+            labels=[self.labels[i] for i in order],
+            measures={name: values[:, order] for name, values in self.measures.items()},
+        )
+
+    def _of_this_day(self, estimate: Estimate) -> Estimate:
+        if not self.one_day:
+            return estimate
+        nothing = np.full_like(estimate.value, np.nan)
+        return Estimate(estimate.value, nothing, nothing, estimate.seeds)
 
 
 def compare(
@@ -162,12 +215,13 @@ def compare(
     items = [(contender, seed) for contender in contenders for seed in seeds]
     place = {item: i for i, item in enumerate(items)}
     rows: list[Row] = [{}] * len(items)
+    flows: dict[Item, Flow] = {}
     done = 0
     if progress:
         progress(done, len(items))
     run = partial(_run, recipe.model_dump_json(), simulator, emissions, next(_CALLS))
-    for item, row in (executor or LocalExecutor()).map(run, items):
-        rows[place[item]] = row
+    for item, row, flow in (executor or LocalExecutor()).map(run, items):
+        rows[place[item]], flows[item] = row, flow
         done += 1
         if progress:
             progress(done, len(items))
@@ -182,7 +236,22 @@ def compare(
         same_demand=has_same_demand(made, seeds[0]),
         exact=simulator == "queue",
         reference=reference,
+        locked=_locked(made.network, contenders, seeds, flows),
     )
+
+
+def _locked(
+    network: RoadNetwork, contenders: Sequence[Contender], seeds: range, flows: dict[Item, Flow]
+) -> dict[tuple[str, int], tuple[Locked, ...]]:
+    ids = [item.id for item in network.intersections]
+    return {
+        (contender.label, seed): tuple(Locked(ids[each.intersection], each.since_s) for each in one)
+        for seed in seeds
+        for contender, one in zip(
+            contenders, locks([flows[contender, seed] for contender in contenders]), strict=True
+        )
+        if one
+    }
 
 
 def has_same_demand(scenario: Scenario, seed: int) -> bool:
@@ -194,11 +263,12 @@ def has_same_demand(scenario: Scenario, seed: int) -> bool:
     )
 
 
-def _run(recipe: str, name: str, emissions: bool, call: int, item: Item) -> tuple[Item, Row]:
+def _run(recipe: str, name: str, emissions: bool, call: int, item: Item) -> tuple[Item, Row, Flow]:
     contender, seed = item
     scenario, simulator = _parts(recipe, name, emissions, call)
+    recorder = FlowRecorder(simulator)
     result = evaluate(
-        simulator,
+        recorder,
         contender.make(scenario.network),
         vehicles_of_seed(scenario, seed),
         make_reward(contender.reward, contender.reward_constants),
@@ -206,7 +276,7 @@ def _run(recipe: str, name: str, emissions: bool, call: int, item: Item) -> tupl
     )
     row = measures_row(result.measures, result.memory[-1])
     row["bytes_per_intersection"] = row["bytes_total"] / len(scenario.network.intersections)
-    return item, row
+    return item, row, recorder.flow
 
 
 # One scenario serves the many runs of a comparison: what is derived from a network is kept with it.

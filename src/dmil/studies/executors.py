@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from typing import Protocol, TypeVar
 
 from dmil.errors import DmilError, InputError, MissingExtraError, unknown_name
+from dmil.importing import Trust, get_trust, set_trust
 from dmil.worker_server import start_worker_server
 
 Item = TypeVar("Item")
@@ -86,7 +87,9 @@ class LocalExecutor:
         context = multiprocessing.get_context("forkserver")
         start_worker_server(function_module(function))
         workers = self.jobs if self._keeps else min(self.jobs, items)
-        return ProcessPoolExecutor(workers, mp_context=context, initializer=_prepare_worker)
+        return ProcessPoolExecutor(
+            workers, mp_context=context, initializer=_prepare_worker, initargs=(get_trust(),)
+        )
 
 
 class RayExecutor:
@@ -122,9 +125,9 @@ class RayExecutor:
         except (ConnectionError, ValueError, RuntimeError) as error:
             raise _no_cluster(self._address, error) from None
         try:
-            shared = ray.put(function)
+            shared, trusted = ray.put(function), get_trust()
             task = ray.remote(_apply)
-            waiting = [task.remote(shared, item) for item in items]
+            waiting = [task.remote(shared, item, trusted) for item in items]
             while waiting:
                 done, waiting = ray.wait(waiting)
                 yield from ray.get(done)
@@ -192,7 +195,8 @@ def _no_cluster(address: str | None, error: Exception) -> InputError:
     )
 
 
-def _apply(function: Callable[[Item], Result], item: Item) -> Result:
+def _apply(function: Callable[[Item], Result], item: Item, trusted: Trust) -> Result:
+    set_trust(trusted)
     return function(item)
 
 
@@ -219,7 +223,8 @@ def _terminate(pool: ProcessPoolExecutor) -> None:
         worker.terminate()
 
 
-def _prepare_worker() -> None:
+def _prepare_worker(trusted: Trust) -> None:
+    set_trust(trusted)
     # Ctrl-C reaches every process of the terminal; only the first one shall act on it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()

@@ -92,7 +92,8 @@ def _check_refusal(
     right = phases[0]
     counts = [len(item.phases) for item in simulator.network.intersections]
     # Where there is an own program, -1 asks for it and -2 for its actuated form.
-    none = -1 if simulator.network.intersections[0].program is None else -3
+    first = simulator.network.intersections[0]
+    none = -3 if first.program or first.own_control else -1
     missing, negative = right.copy(), right.copy()
     missing[-1], negative[0] = counts[-1], none
     wrong = {

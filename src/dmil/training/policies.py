@@ -15,6 +15,7 @@ from dmil.controllers import CONTROLLERS, MemoryController, Situation, make_cont
 from dmil.controllers.agents import agents_of
 from dmil.errors import InputError, PolicyError
 from dmil.files import write_atomically
+from dmil.importing import check_trusted
 from dmil.network import RoadNetwork
 from dmil.rewards import PAPER_CONSTANTS, Reward, RewardConstants, make_reward
 from dmil.scenarios import SignalTiming
@@ -136,12 +137,15 @@ def save_policy(policy: Policy, path: Path) -> None:
 
 
 def load_policy(path: Path) -> Policy:
-    """Read a policy.
+    """Read a policy. Reading runs no code of the file's.
 
     Raises
     ------
     PolicyError
         If the file is missing, damaged, no policy, or of another version of the format.
+    InputError
+        If it names a controller, reward or embedding by an import path that is not trusted, see
+        `dmil.trust`.
     """
     where = str(path)
     try:
@@ -172,6 +176,9 @@ def load_policy(path: Path) -> Policy:
                 where=where,
                 expected="a file as dmil train wrote it",
             )
+    check_trusted(header["controller"], "controller", where=where)
+    check_trusted(header["reward"], "reward", where=where)
+    check_trusted(header["options"].get("embedding"), "embedding", where=where)
     try:
         constants = RewardConstants.model_validate(header.get("reward_constants", {}))
     except ValidationError:

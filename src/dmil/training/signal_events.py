@@ -126,6 +126,10 @@ class EventRecorder:
         self._phase, self._time_s = observation.phase.copy(), observation.time_s
         return observation
 
+    def passed_veh(self) -> npt.NDArray[np.int64]:
+        """Return the vehicles that have crossed each intersection's stop lines."""
+        return self._simulator.passed_veh()
+
     def measures(self) -> Measures:
         """Return what has been measured since the last reset."""
         return self._simulator.measures()

@@ -80,6 +80,36 @@ def crossing():
 
 
 @pytest.fixture
+def two_crossings():
+    """Two crossings in a row; the western one's roads are named ``w...``."""
+    document, _ = crossing_document()
+    west, _ = crossing_document()
+    names = {road["id"]: f"w{road['id']}" for road in west["roads"]} | {"c": "wc"}
+    names |= {arm: f"w{arm}" for arm in "NWS"}
+    # The western crossing's eastern arm is the eastern crossing's western one.
+    names |= {"E_in": "W_out", "E_out": "W_in", "E": "c"}
+
+    def renamed(part):
+        if isinstance(part, dict):
+            return {key: renamed(value) for key, value in part.items()}
+        if isinstance(part, list):
+            return [renamed(value) for value in part]
+        return names.get(part, part) if isinstance(part, str) else part
+
+    west = renamed(west)
+    for road in document["roads"]:
+        road["startIntersection"] = {"W": "wc"}.get(
+            road["startIntersection"], road["startIntersection"]
+        )
+        road["endIntersection"] = {"W": "wc"}.get(road["endIntersection"], road["endIntersection"])
+    document["intersections"] = [
+        node for node in document["intersections"] if node["id"] != "W"
+    ] + [node for node in west["intersections"] if node["id"] != "c"]
+    document["roads"] += [road for road in west["roads"] if road["id"] not in ("W_in", "W_out")]
+    return document
+
+
+@pytest.fixture
 def write(tmp_path):
     """Return a function that writes a document as JSON and returns the path."""
 

@@ -1,9 +1,17 @@
 """Scenarios from CityFlow's files."""
 
+import numpy as np
 import pytest
 
 from dmil.errors import InputError, UnknownNameError
-from dmil.scenarios import QueueDynamics, SignalTiming, cityflow_scenario, scenario
+from dmil.scenarios import (
+    PLAN,
+    QueueDynamics,
+    SignalTiming,
+    cityflow_scenario,
+    scenario,
+    signal_times,
+)
 from dmil.seeding import stream
 
 
@@ -19,10 +27,17 @@ def roadnet(crossing, write):
     return write(crossing()[0], "roadnet_1_1.json")
 
 
+def clearances_s(made):
+    """All clearances between two phases of a scenario whose intersections are alike."""
+    clearance_s = signal_times(made.timing, made.network).clearance_s
+    return set(clearance_s[:, ~np.eye(clearance_s.shape[1], dtype=bool)].ravel().tolist())
+
+
 def test_the_defaults_are_those_of_recorded_networks(roadnet, write):
     made = cityflow_scenario(roadnet, write(vehicles_at(3, 700), "city.json"))
     assert made.name == "cityflow:city"
-    assert made.timing == SignalTiming(decision_interval_s=15, clearance_s=3)
+    assert made.timing == SignalTiming(decision_interval_s=15, **PLAN)
+    assert clearances_s(made) == {3}
     assert made.dynamics == QueueDynamics(saturation_flow_veh_per_s=0.5, storage=True)
     assert made.horizon_s == 1200
     assert len(made.demand.vehicles(made.network, made.horizon_s, stream(0))) == 2
@@ -40,7 +55,7 @@ def test_a_clearance_phase_with_parts_of_a_second_is_rounded_up(crossing, write)
     document, _ = crossing()
     document["intersections"][0]["trafficLight"]["lightphases"][0]["time"] = 2.5
     made = cityflow_scenario(write(document), write(vehicles_at(0), "city.json"))
-    assert made.timing.clearance_s == 3
+    assert clearances_s(made) == {3}
 
 
 def test_options_override_the_defaults(roadnet, write):
@@ -53,14 +68,6 @@ def test_options_override_the_defaults(roadnet, write):
     vehicles = made.demand.vehicles(made.network, made.horizon_s, stream(0))
     assert (len(vehicles), vehicles.dropped) == (1, 1)
     assert cityflow_scenario(roadnet, flow, decision_interval_s=5).timing.decision_interval_s == 5
-
-
-def test_a_clearance_as_long_as_the_interval_is_refused(roadnet, write):
-    flow = write(vehicles_at(0), "city.json")
-    with pytest.raises(
-        InputError, match=r"clearance_s \(3\) must be less than decision_interval_s"
-    ):
-        cityflow_scenario(roadnet, flow, decision_interval_s=3)
 
 
 def test_a_folder_with_one_flow_file_is_enough(roadnet, write, tmp_path):
@@ -137,7 +144,8 @@ def test_more_or_less_of_recorded_demand(roadnet, write, tmp_path):
 def test_recorded_scenarios_run_for_an_hour(data):
     made = scenario(f"cityflow:{data / 'jinan_3x4'}")
     assert made.horizon_s == 3600
-    assert made.timing == SignalTiming(decision_interval_s=15, clearance_s=5)
+    assert made.timing == SignalTiming(decision_interval_s=15, **PLAN)
+    assert clearances_s(made) == {5}
     assert len(made.demand.vehicles(made.network, made.horizon_s, stream(0))) == 6295
     made = scenario(f"cityflow:{data / 'hangzhou_4x4'}#anon_4_4_hangzhou_real_5816.json")
     assert len(made.demand.vehicles(made.network, made.horizon_s, stream(0))) == 6984

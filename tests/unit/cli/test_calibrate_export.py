@@ -42,7 +42,7 @@ def test_a_controller_is_exported_and_compared(dmil, tmp_path):
     assert "its fixed-time plan" in shown
     programs = (tmp_path / "programs.add.xml").read_text()
     assert programs.count("<tlLogic") == 1
-    assert 'programID="dmil" offset="25200"' in programs
+    assert 'programID="dmil" offset="0"' in programs
     rows = list(csv.DictReader((tmp_path / "signals.csv").read_text().splitlines()))
     assert (rows[0]["time_s"], rows[0]["from_phase"]) == ("0", "")
     found = dmil.json("export", *SHORT, "--out", tmp_path, "--plans", "300")

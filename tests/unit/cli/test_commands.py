@@ -94,7 +94,7 @@ def test_several_controllers_have_settings_of_their_own(dmil, tmp_path):
     )
     found = dmil.json("evaluate", "--config", file)
     labels = [each["controller"] for each in found["controllers"]]
-    assert labels == ["fixed-cycle,green_s=20", "fixed-cycle"]
+    assert set(labels) == {"fixed-cycle,green_s=20", "fixed-cycle"}
     slow, quick = (each["per_seed"]["wait_veh_s"] for each in found["controllers"])
     assert slow != quick
     assert found["controllers"][0]["minus_max-pressure"] == {}

@@ -69,10 +69,9 @@ def test_what_is_wrong_with_a_variant_is_told(command, controller, message, dmil
     assert message in " ".join(dmil.err.split())
 
 
-@pytest.mark.parametrize("name", ["nobody", "sarsa"])
-def test_the_reference_must_be_known_and_have_nothing_to_learn(name, dmil):
-    dmil(*RUN, "--reference", name, code=2)
-    assert f"--reference: found '{name}'; expected one of fixed-cycle" in dmil.err
+def test_the_reference_must_be_known(dmil):
+    dmil(*RUN, "--reference", "nobody", code=2)
+    assert "--reference: found 'nobody'; expected one of fixed-cycle" in dmil.err
 
 
 def test_the_page_has_answer_numbers_findings_and_picture(dmil, tmp_path):
@@ -82,7 +81,7 @@ def test_the_page_has_answer_numbers_findings_and_picture(dmil, tmp_path):
     html = page.read_text(encoding="utf-8")
     assert "grid:1x1: controllers compared" in html
     for each in found["controllers"]:
-        assert f'<td class="name">{each["controller"]}</td>' in html
+        assert f'<td class="name">{each["controller"]}<' in html
         mean = each["measures"]["delay_s"]["mean"]
         assert f'<b class="n">{mean:.1f}</b>' in html
     verdicts = re.findall(r'<span class="verdict \w+">([^<]+)</span>', html)

@@ -49,7 +49,7 @@ def test_where_the_ways_of_trips_are_from_is_recorded(dmil, files):
     assert tomllib.loads(dmil(*run, "--routing", "free-flow"))["routing"] == "free-flow"
     assert "routing" not in tomllib.loads(dmil("simulate", "--scenario", "grid:2x2", *run[3:]))
     dmil(*run, "--routing", "shortest", code=2)
-    assert "expected one of free-flow, sumo" in dmil.err
+    assert "expected one of free-flow, mesoscopic, sumo" in dmil.err
 
 
 def test_a_policy_remembers_its_files(dmil, files, tmp_path):

@@ -50,7 +50,7 @@ def test_evaluate_sets_the_tuned_beside_the_defaults(tuned, folder, dmil):
         "evaluate", *RUN, "--seeds", 2, "--jobs", 1, "--controller", "fixed-cycle", "--tuned", file
     )
     labels = [each["controller"] for each in found["controllers"]]
-    assert labels[:2] == ["fixed-cycle", "fixed-cycle tuned"]
+    assert {"fixed-cycle", "fixed-cycle tuned"} < set(labels)
 
 
 def test_train_takes_controller_and_options(tuned, folder, dmil, tmp_path):

@@ -133,15 +133,19 @@ def test_additional_files_give_types_and_routes_and_their_other_definitions_are_
         '<vehicle id="a" type="car" route="r" depart="0"/>',
         additional=[
             '<vType id="car" length="3"/><busStop id="stop" lane="x_0"/><tlLogic id="t"/>',
-            '<route id="r" edges="ACROSS"/><rerouter id="w"/><include href="other.xml"/>',
+            '<route id="r" edges="ACROSS"/><rerouter id="w"/>',
         ],
     )
     assert demand.vehicle_space_m == 5.5
-    assert kinds(demand) == {
-        "signal-program": (1, "t"),
-        "device": (1, "w"),
-        "include": (1, "other.xml"),
-    }
+    assert kinds(demand) == {"rerouter": (1, "w")}
+
+
+def test_vehicles_of_additional_files_drive_in_any_order_and_alone(read):
+    vehicle = '<vehicle id="{}" depart="{}"><route edges="ACROSS"/></vehicle>'
+    more = [vehicle.format("b", 9) + vehicle.format("c", 3)]
+    demand = read(vehicle.format("a", 5), additional=more)
+    assert demand.recorded.recorded.depart_s.tolist() == [3, 5, 9]
+    assert kinds(demand) == {}
 
 
 @pytest.mark.parametrize(
@@ -157,6 +161,7 @@ def test_additional_files_give_types_and_routes_and_their_other_definitions_are_
         ('<flow id="x" begin="triggered" number="2" from="a" to="b"/>', "no-fixed-departure", 1),
         ('<trip id="x" depart="5" fromTaz="1" toTaz="2"/>', "zone", 1),
         ('<trip id="x" depart="5" from="W0>0,0"><stop lane="l"/></trip>', "stops-only", 1),
+        ('<trip id="x" depart="5"><stop lane="l"/></trip>', "stops-only", 1),
         (f'{BICYCLE}<trip id="x" type="b" depart="5" from="q" to="q"/>', "no-road-vehicle", 1),
         (f'{BICYCLE}<flow id="x" type="b" end="9" number="4" route="q"/>', "no-road-vehicle", 4),
         ('<trip id="x" type="DEFAULT_BIKETYPE" depart="5" from="q"/>', "no-road-vehicle", 1),

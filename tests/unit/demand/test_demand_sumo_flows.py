@@ -119,3 +119,12 @@ def test_flows_outside_the_run_are_left_out(read):
 def test_a_contradiction_is_named(read, attributes, message):
     with pytest.raises(DemandError, match=f"flow 'f': {message}"):
         read(flow(attributes))
+
+
+def test_a_flow_may_have_the_id_of_a_vehicle_but_not_of_another_flow(read):
+    route = '<route edges="ACROSS"/>'
+    vehicle = f'<vehicle id="7" depart="0">{route}</vehicle>'
+    flow = f'<flow id="7" begin="0" end="20" number="2">{route}</flow>'
+    assert len(read(vehicle + flow).recorded.recorded.depart_s) == 3
+    with pytest.raises(DemandError, match="there is another flow of this id"):
+        read(flow + flow)

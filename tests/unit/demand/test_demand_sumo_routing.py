@@ -192,3 +192,34 @@ def test_without_sumo_one_command_installs_it(make, monkeypatch):
     assert not sumo_is_installed()
     with pytest.raises(MissingExtraError, match=r"pip install 'dmil\[sumo\]'"):
         routed_by_sumo(*given)
+
+
+def test_the_mesoscopic_model_is_asked_in_its_own_way_unless_better_is_known(make, monkeypatch):
+    asked = []
+
+    def answer(_net, _vehicles, _programs, options):
+        asked.append("--mesosim" in options)
+        return {0: tuple(LONG.split())}
+
+    monkeypatch.setattr(routing, "_asked", answer)
+    given = make(TRIP.format(3))
+    for _ in range(2):
+        found = routed_by_sumo(*given, mesoscopic=True)
+        assert ways(found, given[1]) == [LONG]
+    assert asked == [True]
+    routed_by_sumo(*given)
+    assert asked == [True, False]
+    # What the other model has said is taken from now on.
+    monkeypatch.setattr(
+        routing, "_kept", lambda path, kept=routing._kept: paths.append(path) or kept(path)
+    )
+    paths = []
+    routed_by_sumo(*given, mesoscopic=True)
+    assert (asked, len(paths)) == ([True, False], 1)
+
+
+def test_the_mesoscopic_model_of_sumo_chooses_ways_as_well(make):
+    given = make(TRIP.format(3) + TRIP.format(5))
+    found = routed_by_sumo(*given, mesoscopic=True)
+    assert found.remarks == ()
+    assert ways(found, given[1]) == ways(routed_by_sumo(*given), given[1])

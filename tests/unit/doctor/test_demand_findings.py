@@ -1,9 +1,12 @@
 """What the doctor finds about vehicles, and about what they ask of the signals."""
 
+import json
+
 import pytest
 
 from dmil.doctor import examine, read_case
 from dmil.errors import DemandError, InputError
+from tests.unit.cityflow.conftest import crossing_document
 from tests.unit.doctor.conftest import (
     CLEAR_EW,
     CLEAR_NS,
@@ -24,6 +27,10 @@ def vehicle(name, depart, inside=ROUTE, attributes=""):
 
 def trip(name, depart, attributes):
     return f'<trip id="{name}" depart="{depart}" {attributes}/>'
+
+
+def with_device(name):
+    return vehicle("b", 1, f'{ROUTE}<param key="has.{name}.device" value="true"/>')
 
 
 def flow(name, begin, end, number, start="top", goal="bottom"):
@@ -56,18 +63,23 @@ WAY = 'from="top0A0" to="A0bottom0"'
             "1 have stops instead",
         ),
         ("signal-program", "warning", '<tlLogic id="A0" programID="x"/>', "1 programs of signals"),
-        ("include", "warning", '<include href="more.xml"/>', "1 files are included"),
         (
             "no-road-vehicle",
             "note",
             '<vType id="bike" vClass="bicycle"/>' + vehicle("b", 1, attributes='type="bike"'),
             "1 are bicycles",
         ),
-        ("person", "note", '<person id="p" depart="1"/>', "1 are persons"),
-        ("stops", "note", vehicle("b", 1, ROUTE + '<stop lane="top0A0_0"/>'), "1 have stops"),
+        ("person", "warning", '<person id="p" depart="1"/>', "1 are persons"),
+        ("container", "warning", '<container id="p" depart="1"/>', "1 are containers"),
+        ("stops", "warning", vehicle("b", 1, ROUTE + '<stop lane="top0A0_0"/>'), "1 have stops"),
         ("parameters", "note", vehicle("b", 1, ROUTE + '<param key="k" value="v"/>'), "parameters"),
         ("route-part", "note", vehicle("b", 1, attributes='departEdge="1"'), "within their route"),
-        ("device", "note", '<rerouter id="r" edges="top0A0"/>', "1 definitions that act"),
+        ("rerouter", "warning", '<rerouter id="r" edges="top0A0"/>', "1 are rerouters"),
+        ("calibrator", "warning", '<calibrator id="r" edge="top0A0"/>', "1 are calibrators"),
+        ("speed-sign", "warning", '<variableSpeedSign id="r" lanes="top0A0_0"/>', "1 are signs"),
+        ("rerouting-device", "warning", with_device("rerouting"), "(rerouting), which is switched"),
+        ("taxi-device", "warning", with_device("taxi"), "(taxi), which is switched off"),
+        ("driving-device", "warning", with_device("glosa"), "1 have devices that change how"),
     ],
     ids=lambda value: value if isinstance(value, str) and value.replace("-", "").isalpha() else "",
 )
@@ -94,12 +106,19 @@ def test_trips_that_drive_as_on_empty_roads(doctor, with_states, routing, count)
     assert len(of_kind(diagnosis, "free-flow")) == count
 
 
-def test_files_that_sumo_itself_refuses(doctor, with_states):
+@pytest.mark.parametrize(
+    ("attribute", "routing", "said"),
+    [
+        ('departSpeed="99"', None, "Departure speed"),
+        ('departLane="99"', "sumo", "departLane"),  # its mesoscopic model has no lanes
+    ],
+)
+def test_files_that_sumo_itself_refuses(doctor, with_states, attribute, routing, said):
     pytest.importorskip("sumo", reason="needs the extra sumo")
-    text = trip("a", 0, f'{WAY} departLane="99"')
-    (found,) = of_kind(doctor(with_states(*PROGRAM), text), "sumo-refuses")
+    text = trip("a", 0, f"{WAY} {attribute}")
+    (found,) = of_kind(doctor(with_states(*PROGRAM), text, routing=routing), "sumo-refuses")
     assert found.severity == "error"
-    assert "departLane" in found.what
+    assert said in found.what
     assert of_kind(doctor(with_states(*PROGRAM), text, routing="free-flow"), "sumo-refuses") == []
 
 
@@ -238,3 +257,35 @@ def test_options_that_are_not_used(tmp_path, with_states):
 def test_an_end_before_the_begin_is_an_error(doctor, with_states):
     with pytest.raises(InputError, match="end after the beginning"):
         doctor(with_states(*PROGRAM), EVERY_WAY, horizon_s=0)
+
+
+def test_what_cityflow_drops_is_found(tmp_path):
+    (tmp_path / "roads.json").write_text(json.dumps(crossing_document()[0]))
+    times = [(["E_in", "W_out"], 0, 60), (["E_in", "E_out"], 0, 9), (["E_in"], 0, 3)]
+    times.append((["E_in", "W_out"], 9, 8))
+    flows = [
+        {"route": route, "interval": 1, "startTime": start, "endTime": end}
+        for route, start, end in times
+    ]
+    (tmp_path / "cars.json").write_text(json.dumps(flows))
+    found = examine(read_case([str(tmp_path / "roads.json"), str(tmp_path / "cars.json")]))
+    (way,) = of_kind(found, "no-way")
+    assert way.severity == "error"
+    assert way.what.startswith("10 cannot be driven")
+    assert way.place == "first '[1]' at 'E_in'"
+    assert [each.what[:1] for each in of_kind(found, "one-road")] == ["4"]
+    assert [each.severity for each in of_kind(found, "ends-first")] == ["warning"]
+
+
+def test_most_vehicles_may_have_to_give_way_without_a_signal(doctor, generate):
+    # Three junctions in a row, the one in the middle without signals.
+    options = ("--grid", "--grid.x-number", "3", "--grid.y-number", "1", "--no-turnarounds")
+    options += ("--grid.attach-length", "100", "--tls.set", "A0,C0")
+    net = generate(*options)
+    through = trip("a", 0, 'from="left0A0" to="C0right0"') + trip(
+        "b", 5, 'from="left0A0" to="B0top1"'
+    )
+    (found,) = of_kind(doctor(net, through), "give-way")
+    assert (found.severity, found.what) == ("note", "100% of the vehicles")
+    beside = "".join(trip(f"c{k}", 9, 'from="left0A0" to="A0top0"') for k in range(2))
+    assert of_kind(doctor(net, through + beside), "give-way") == []

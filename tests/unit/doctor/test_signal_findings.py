@@ -2,12 +2,14 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from dmil.doctor import examine, read_case
 from dmil.doctor.road_findings import LONGEST_CYCLE_S
 from dmil.network import Program, Stage
+from dmil.scenarios import SignalTiming
 from tests.unit.doctor.conftest import (
     CLEAR_EW,
     CLEAR_NS,
@@ -18,6 +20,9 @@ from tests.unit.doctor.conftest import (
     kinds,
     of_kind,
 )
+from tests.unit.network.conftest import ONE
+
+CASES = Path(__file__).parents[2] / "cases"
 
 
 def test_nothing_is_found_where_nothing_is_wrong(doctor, with_states):
@@ -48,7 +53,6 @@ SECOND += '<phase duration="3" state="{}"/></tlLogic>'
             "warning",
             "clears for 11 s, decisions are every 10 s",
         ),
-        ((*PROGRAM, (2, ALL_RED)), "clearance-cut", "note", "for 5 s, the scenario for 3 s"),
         ((*PROGRAM, (2, ALL_RED)), "all-red", "note", "up to 2 s"),
         (
             ((30, NS), (3, "yyyGrryyyrrr"), (30, EW), (3, CLEAR_EW)),
@@ -87,13 +91,25 @@ def test_the_longest_cycle_is_no_finding_yet(doctor, with_states):
     assert "long-cycle" not in kinds(doctor(with_states(*stages)))
 
 
-def test_clearance_is_mended_with_the_options_of_the_command(doctor, with_states):
-    (found,) = of_kind(doctor(with_states(*PROGRAM, (2, ALL_RED))), "clearance-cut")
-    assert found.mend == "Give --clearance 5 --all-red 2."
-    (found,) = of_kind(
-        doctor(with_states((30, NS), (4, CLEAR_NS), (30, EW), (4, CLEAR_EW))), "clearance-cut"
-    )
-    assert found.mend == "Give --clearance 4."
+def test_pedestrians_who_never_get_green_are_a_warning(doctor, generate):
+    options = (*ONE, "--sidewalks.guess", "--crossings.guess")
+    assert "no-walk" not in kinds(doctor(generate(*options)))
+    (found,) = of_kind(doctor(generate(*options), phases="derived"), "no-walk")
+    assert found.severity == "warning"
+    assert "no phase gives green to 4 of its 4 crossings" in found.what
+
+
+def test_controllers_that_clear_for_less_than_the_plan_are_a_warning(with_states):
+    case = read_case([str(with_states(*PROGRAM, (2, ALL_RED)))])
+    assert "clearance-cut" not in kinds(examine(case))
+    hasty = replace(case, timing=SignalTiming(clearance_s=3))
+    found = of_kind(examine(hasty), "clearance-cut")
+    assert {each.severity for each in found} == {"warning"}
+    assert [each.what for each in found] == [
+        "under a controller clearance 3 s, 5 s in its plan",
+        "under a controller all-red 0 s, 2 s in its plan",
+    ]
+    assert "--clearance" in found[0].mend
 
 
 def test_lanes_of_one_movement_that_merge_are_a_warning():
@@ -106,8 +122,34 @@ def test_lanes_of_one_movement_that_merge_are_a_warning():
 def test_parallel_rings_have_no_plan(doctor, with_states):
     path = with_states(*PROGRAM, attributes='type="NEMA" programID="0" offset="0"')
     found = kinds(doctor(path))
-    assert "stage-order" in found
-    assert "no-program" in found
+    assert "own-control" in found
+    assert "no-program" not in found
+
+
+def test_stages_in_another_order_are_named(doctor, with_states):
+    path = with_states(*PROGRAM)
+    path.write_text(path.read_text().replace(f'state="{CLEAR_NS}"', f'state="{CLEAR_NS}" next="0"'))
+    (found,) = of_kind(doctor(path), "stage-order")
+    assert (found.severity, found.place) == ("warning", "tlLogic A0, stage 1")
+
+
+def test_a_timetable_of_programs_is_named(doctor, with_states):
+    timetable = '<WAUT id="w" startProg="0"><wautSwitch time="300" to="1"/></WAUT>'
+    timetable += '<wautJunction wautID="w" junctionID="A0"/>'
+    second = SECOND.format(NS, CLEAR_NS)
+    diagnosis = doctor(with_states(*PROGRAM), additional=second + timetable, horizon_s=600)
+    (found,) = of_kind(diagnosis, "program-switches")
+    assert (found.severity, found.place) == ("warning", "tlLogic A0")
+    assert "0 at the beginning, 1 from 300 s" in found.what
+    assert len(of_kind(diagnosis, "several-programs")) == 1
+
+
+def test_rail_crossings_and_rail_signals_are_left_to_sumo(doctor):
+    pytest.importorskip("sumolib", reason="needs the extra sumo")
+    diagnosis = examine(read_case([str(CASES / "rail-crossing" / "net.net.xml")]))
+    found = of_kind(diagnosis, "signal-of-sumo")
+    assert [each.place for each in found] == ["tlLogic X", "tlLogic RN"]
+    assert "rail_crossing" in found[0].what
 
 
 def test_several_programs(doctor, with_states):

@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import get_args
@@ -18,7 +19,7 @@ from dmil.errors import InputError, NetworkError, UnknownNameError
 from dmil.network import Intersection, Movement, Program, Stage, grid
 from dmil.network.sumo.records import RemarkKind
 from tests.unit.cityflow.conftest import crossing_document
-from tests.unit.doctor.conftest import EVERY_WAY, PROGRAM
+from tests.unit.doctor.conftest import EVERY_WAY, PROGRAM, generate  # noqa: F401
 
 DOCS = Path(__file__).parents[3] / "docs"
 SATURATION = 0.5
@@ -300,3 +301,40 @@ def test_files_that_do_not_fit_are_errors(tmp_path, with_states):
         read_case([write("d.xml", '<!DOCTYPE x [<!ENTITY a "b">]><net>&a;</net>')])
     with pytest.raises(NetworkError, match="cut off"):
         read_case([write("e.net.xml", Path(net).read_text()[:3000])])
+
+
+# Nodes where vehicles come and go
+
+
+@pytest.fixture
+def attached(generate):  # noqa: F811
+    """Three by three intersections; the twelve roads out of them end where one can turn round."""
+    pytest.importorskip("sumolib", reason="needs the extra sumo")
+    return generate(
+        *("--grid", "--grid.number", "3", "--grid.attach-length", "200", "-L", "2"), "--tls.guess"
+    )
+
+
+def test_where_roads_end_is_no_junction_even_if_one_can_turn_round(doctor, attached):
+    facts = doctor(attached).network
+    assert (facts.intersections, facts.junctions, facts.fringe) == (9, 0, 12)
+
+
+def test_vehicles_come_and_go_where_their_routes_begin_and_end(doctor, attached):
+    flows = "".join(
+        f'<flow id="{a}{b}" begin="0" end="600" number="50" from="{a}" to="{b}"/>'
+        for a, b in (("left0A0", "C0right0"), ("left0A0", "B2top1"), ("A1B1", "C0right0"))
+    )
+    diagnosis = doctor(attached, flows, horizon_s=600)
+    assert diagnosis.ends == {"left0", "right0", "top1", "A1"}
+    assert diagnosis.network.fringe == 4
+    assert diagnosis.traffic.vehicles == 150
+
+
+def test_shapes_that_are_no_places_reach_no_text(doctor, attached, tmp_path):
+    path = tmp_path / "odd.net.xml"
+    path.write_text(re.sub(r'(<lane .*?shape=")', r"\1nan,nan inf,3 ", attached.read_text()))
+    diagnosis = doctor(path)
+    points = [point for line in diagnosis.case.lines.values() for point in line]
+    assert np.isfinite(points).all()
+    assert [each.name for each in diagnosis.intersections[0].approaches] == ["E", "N", "W", "S"]

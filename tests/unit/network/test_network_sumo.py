@@ -185,7 +185,7 @@ def test_stages_in_another_order_and_in_rings_are_remarked(with_states, generate
     crossings = [n for n in rings.network.intersections if len(n.movements) > 10]
     assert len(crossings) == 4
     assert all(node.program is None and len(node.phases) > 3 for node in crossings)
-    assert kinds(rings).count("stage-order") == 4
+    assert kinds(rings).count("own-control") == 4
 
 
 def test_single_action_and_none_at_all(with_states):

@@ -206,3 +206,20 @@ def test_pictures_of_real_networks(name):
         assert f"Own program (static), cycle {item.cycle_s:g} s; grey: no phase" in words
         points = np.array([[row["x"], row["y"]] for row in rows(chart) if "x" in row])
         assert np.isfinite(points).all()
+
+
+def test_lanes_lead_into_lanes_of_their_own_where_a_road_ends(generate):  # noqa: F811
+    # At its end only the left lane leads on, to turn round.
+    net = generate(
+        *("--grid", "--grid.number", "3", "--grid.attach-length", "200", "-L", "2"), "--tls.guess"
+    )
+    case = read_case([str(net)])
+    item = next(each for each in case.network.intersections if each.id == "C0")
+    ground = Crossing(case, item)
+    found = {
+        (movement.from_link, movement.to_link): [way[-1] for way in ways]
+        for movement, ways in zip(item.movements, ground.ways, strict=True)
+    }
+    right, left = sorted(found["B0C0", "C0right0"], key=lambda place: place[1])
+    assert left[1] - right[1] == pytest.approx(LANE_M)
+    assert found["bottom2C0", "C0right0"][0][1] == pytest.approx(right[1])

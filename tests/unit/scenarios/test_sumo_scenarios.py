@@ -12,6 +12,7 @@ import pytest
 from dmil.errors import DemandError, InputError, MissingExtraError, UnknownNameError
 from dmil.network.sumo.writer import sumo_program
 from dmil.scenarios import (
+    PLAN,
     QueueDynamics,
     SignalTiming,
     SumoConfiguration,
@@ -75,6 +76,9 @@ SHORT = """<sumoConfiguration><n v="x.net.xml"/><r value="a.rou.xml,b c.rou.xml.
 <additional value="types.add.xml"/><b value="25200"/><e value="26000"/></sumoConfiguration>"""
 
 
+FILES = '<r value="a.rou.xml,b c.rou.xml.gz"/>\n<additional value="types.add.xml"/>'
+
+
 def written(folder, text, name="x.sumocfg"):
     (folder / name).write_text(text)
     return folder / name
@@ -95,19 +99,30 @@ def test_a_configuration_names_files_beside_it_and_times(folder, text):
 
 
 def test_steps_of_another_length_and_a_scale_are_not_lost(folder):
-    text = SHORT.replace("<n ", '<step-length value="0.5"/><scale value="2"/><n ')
+    text = SHORT.replace("<n ", '<step-length value="0.3"/><scale value="2"/><n ')
     path = written(folder, text)
     found = read_sumo_configuration(path)
-    assert (found.unused, found.scale) == (("step-length=0.5",), 2.0)
+    assert (found.unused, found.scale, found.for_sumo) == (("step-length=0.3",), 2.0, ())
     made = sumo_scenario(path)
     assert len(made.demand.vehicles(made.network, 800, stream(0))) == 24
+    path = written(folder, SHORT.replace("<n ", '<step-length value="0.20"/><n '))
+    assert read_sumo_configuration(path).for_sumo == (("step-length", "0.2"),)
+    made = sumo_scenario(path)
+    assert made.sumo is not None and made.sumo.options == (("step-length", "0.2"),)
 
 
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
         ('<n v="x.net.xml"/>', "", "x.sumocfg: it names no net-file.*--net and --routes"),
-        ('<r value="a.rou.xml,b c.rou.xml.gz"/>', "", "it names no route-files"),
+        (FILES, "", "it names no route-files"),
+        ("<n ", '<horizon value="1"/><n ', r"line 1, column 20: SUMO has no option 'horizon'"),
+        ("<n ", '<begin value="1"/><n ', r"the option begin is given twice"),
+        (
+            "<n ",
+            '<load-state value="s.xml"/><n ',
+            r"load-state \(s.xml\) cannot be followed: a run",
+        ),
         ('v="x.net.xml"', "", r"line 1, column 20: <n> has no value"),
         ('<b value="25200"/>', '<b value="dawn"/>', "begin is 'dawn'; expected seconds"),
         ('<b value="25200"/>', '<b value="0.5"/>', "begin is '0.5'; expected whole seconds"),
@@ -132,11 +147,11 @@ def test_a_missing_file_is_named(folder):
         sumo_scenario(written(folder, SHORT))
 
 
-def test_a_scenario_has_the_settings_of_resco(folder):
+def test_a_scenario_decides_as_in_resco_and_keeps_the_times_of_its_plans(folder):
     path = written(folder, LONG)
     made = sumo_scenario(path)
     assert (made.name, scenario(f"sumo:{path}").name) == ("sumo:x", f"sumo:{path}")
-    assert made.timing == SignalTiming(decision_interval_s=10, clearance_s=3)
+    assert made.timing == SignalTiming(decision_interval_s=10, **PLAN)
     space_m = round((8 * 5 + 4 * 7.5) / 12, 3)
     assert made.dynamics == QueueDynamics(
         saturation_flow_veh_per_s=0.5, storage=True, vehicle_space_m=space_m
@@ -217,7 +232,7 @@ def test_a_recipe_of_files(folder):
     given = {"net": folder / "x.net.xml", "routes": (folder / "b c.rou.xml.gz",)}
     recipe = ScenarioRecipe(**given, begin_s=25200, horizon_s=60, phases="program", load=2.0)
     made = ScenarioRecipe.model_validate_json(recipe.model_dump_json()).build()
-    assert (made.name, made.horizon_s, made.timing.clearance_s) == ("sumo:x", 60, 3)
+    assert (made.name, made.horizon_s, made.timing.clearance_s) == ("sumo:x", 60, None)
     departures = made.demand.vehicles(made.network, 60, stream(0)).depart_s.tolist()
     assert departures == [0, 0, 25, 25, 50, 50]
     for wrong in ({"net": given["net"]}, {"routes": given["routes"]}, given | {"flow": "f.json"}):
@@ -241,6 +256,7 @@ def test_the_scenarios_of_resco(name):
     vehicles = made.demand.vehicles(made.network, made.horizon_s, stream(0))
     intersections, count, space_m = RESCO[name]
     assert (made.name, made.horizon_s, len(vehicles)) == (name, 3600, count)
+    assert made.timing == SignalTiming(decision_interval_s=10, clearance_s=3)
     assert len(made.network.intersections) == intersections
     assert made.dynamics.vehicle_space_m == space_m
     assert vehicles.dropped == 0

@@ -5,7 +5,13 @@ import pytest
 
 from dmil.demand import Vehicles
 from dmil.network import Intersection, Junction, Link, Movement, RoadNetwork
-from dmil.simulation.sumo.approaches import build_ways, count_vehicles, reached_stop_lines
+from dmil.simulation.sumo.approaches import (
+    build_ways,
+    count_vehicles,
+    passed_in_all,
+    reached_stop_lines,
+    rerouted,
+)
 
 SHAPE = (2, 2)
 
@@ -110,6 +116,24 @@ def test_halting_vehicles_count_wherever_they_are(ways):
 def test_stop_lines_that_vehicles_have_come_to(ways):
     assert reached_stop_lines(ways, as_seen((0, 0, 9, 1, 0), (1, 1, 9, 1, 0), (2, 0, 9, 1, 0))) == 1
     assert reached_stop_lines(ways, as_seen((0, 3, 9, 1, 0))) == 2
+
+
+def test_who_is_sent_elsewhere_counts_there(road, ways):
+    after = rerouted(road, ways, {1: ("in", "stub", "far", "out"), 2: ("in", "stub", "side")})
+    assert counted(road, after, (1, 1, 45, 0.0, 0)) == [[[0, 0], [0, 1]], NOBODY]
+    assert counted(road, after, (2, 1, 45, 0.0, 0)) == [[[0, 0], [1, 0]], NOBODY]
+    assert counted(road, after, (0, 1, 45, 0.0, 0)) == [[[0, 0], [0, 1]], NOBODY]
+    assert [passed_in_all(after, np.array([each])) for each in range(3)] == [2, 2, 1]
+    assert [passed_in_all(ways, np.array([each])) for each in range(3)] == [2, 1, 0]
+    back = rerouted(road, after, {1: ("in", "stub", "side")})
+    assert counted(road, back, (1, 1, 45, 0.0, 0)) == [[[0, 0], [1, 0]], NOBODY]
+    assert passed_in_all(back, np.arange(3)) == 4
+
+
+def test_nobody_counts_on_an_edge_that_the_network_does_not_have(road, ways):
+    after = rerouted(road, ways, {0: ("a bus lane", "stub", "far", "out")})
+    assert counted(road, after, (0, 1, 45, 0.0, 0)) == [[[0, 0], [0, 1]], NOBODY]
+    assert counted(road, after, (0, 0, 5, 0.0, 0)) == [NOBODY, NOBODY]
 
 
 def test_no_vehicles_at_all(road):

@@ -5,28 +5,39 @@ import re
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from dmil.network import grid
 from dmil.network.sumo import SumoSignals
-from dmil.scenarios import SignalTiming, scenario
+from dmil.scenarios import SignalTimes, scenario, signal_times
 from dmil.scenarios.resco import find_resco_configuration
-from dmil.simulation.sumo.programs import Plan, stages, write_programs
+from dmil.simulation.sumo.programs import Plan, programs_xml, stages
 
+ITEM = grid(1, 1).intersections[0]
 HEADS = SumoSignals("a", ("GGrg", "rgGg"), tuple((j,) for j in range(4)))
 
 
-def test_between_phases_stand_yellow_and_all_red():
-    timing = SignalTiming(clearance_s=5, all_red_s=2)
-    assert stages(HEADS, Plan((0, 1), (20, 30)), timing) == [
+def times(clearance_s, all_red_s):
+    """Times of one intersection with two phases."""
+    changes = (
+        np.array([[[0, out], [back, 0]]], np.int32) for out, back in (clearance_s, all_red_s)
+    )
+    return SignalTimes(*changes, *np.zeros((2, 1, 2), np.int32))
+
+
+def test_between_phases_stand_the_yellow_and_all_red_of_each_change():
+    kept = times((5, 4), (2, 0))
+    assert stages(HEADS, Plan((0, 1), (20, 30)), kept, ITEM, 0) == [
         (20, "GGrg"),
         (3, "ygrg"),
         (2, "rgrg"),
         (30, "rgGg"),
-        (3, "rgyg"),
-        (2, "rgrg"),
+        (4, "rgyg"),
     ]
-    assert stages(HEADS, Plan((1,), (30,)), timing) == [(30, "rgGg")]
-    assert stages(HEADS, Plan((0, 1), (20, 30)), SignalTiming()) == [(20, "GGrg"), (30, "rgGg")]
+    assert stages(HEADS, Plan((1,), (30,)), kept, ITEM, 0) == [(30, "rgGg")]
+    without = times((0, 0), (0, 0))
+    assert stages(HEADS, Plan((0, 1), (20, 30)), without, ITEM, 0) == [(20, "GGrg"), (30, "rgGg")]
 
 
 @pytest.fixture
@@ -59,15 +70,19 @@ def test_sumo_shows_the_plan_that_it_loads_last(drive, tmp_path):
     made = scenario("resco/cologne1")
     file = tmp_path / "programs.add.xml"
     plan = Plan((2, 0), (12, 21))
-    write_programs(file, [(0, [plan])], made.sumo.signals, made.timing, made.sumo.begin_s)
+    kept = signal_times(made.timing, made.network)
+    begin_s, network = made.sumo.begin_s, made.network
+    file.write_text(programs_xml([(0, [plan])], network, made.sumo.signals, kept, begin_s))
     found = drive("resco/cologne1", file)
     expected = [
         ("dmil", state)
-        for duration_s, state in stages(made.sumo.signals[0], plan, made.timing)
+        for duration_s, state in stages(made.sumo.signals[0], plan, kept, ITEM, 0)
         for _ in range(duration_s)
     ]
     assert len(expected) == 12 + 3 + 21 + 3
-    assert found[: 2 * len(expected)] == 2 * expected
+    # The cycle begins where the file's own one does.
+    place = (begin_s - int(network.intersections[0].program.offset_s)) % len(expected)
+    assert found[: 2 * len(expected)] == (3 * expected)[place:][: 2 * len(expected)]
 
 
 def test_sumo_switches_between_plans_by_the_clock(drive, tmp_path):
@@ -75,7 +90,9 @@ def test_sumo_switches_between_plans_by_the_clock(drive, tmp_path):
     file = tmp_path / "programs.add.xml"
     early, late = Plan((0, 2), (10, 10)), Plan((0, 2), (40, 5))
     timetable = [(0, [early]), (120, [late])]
-    write_programs(file, timetable, made.sumo.signals, made.timing, made.sumo.begin_s)
+    kept = signal_times(made.timing, made.network)
+    begin_s, network = made.sumo.begin_s, made.network
+    file.write_text(programs_xml(timetable, network, made.sumo.signals, kept, begin_s))
     shown = [program for program, _ in drive("resco/cologne1", file)]
     assert set(shown[:115]) == {"dmil"}
     assert set(shown[125:]) == {"dmil-1"}

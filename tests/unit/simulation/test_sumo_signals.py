@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dmil.network.sumo import SumoSignals
-from dmil.scenarios import SignalTiming
+from dmil.scenarios import SignalTimes
 from dmil.simulation.sumo.signals import SignalHeads, cleared
 from dmil.simulation.timing import ACTUATED, PROGRAM, Signals
 
@@ -17,8 +17,16 @@ STATES = tuple(
 )
 
 
-def heads(**timing):
-    return SignalHeads(SIGNALS, STATES, SignalTiming(**timing))
+def heads(walks=None, **timing):
+    """Heads that are asked every 10 s; numbers hold for all phases, lists say each one's."""
+    shapes = {"clearance_s": (2, 2, 2), "all_red_s": (2, 2, 2)}
+    times = SignalTimes(
+        *(
+            np.broadcast_to(np.int32(timing.get(name, 0)), shapes.get(name, (2, 2))).copy()
+            for name in SignalTimes._fields
+        )
+    )
+    return SignalHeads(SIGNALS, STATES, times, 10, walks or [((), ())] * 2)
 
 
 def ask(signals, phases, time_s):
@@ -101,3 +109,31 @@ def test_programs_begin_once_and_mix_with_phases():
     # What the program shows is not known here: a phase after it comes at once.
     assert ask(signals, [1, ACTUATED], 30).switches == [(0, "a", "rgGg")]
     assert signals.green_from_s[0] == 30
+
+
+def test_each_change_has_its_own_yellow_and_all_red():
+    signals = heads(clearance_s=[[0, 3], [6, 0]], all_red_s=[[0, 0], [2, 0]])
+    ask(signals, [0, 1], 0)
+    assert ask(signals, [1, 0], 10).switches == [
+        (0, "a", "ygrg"),
+        (0, "b", "rgyg"),
+        (3, "a", "rgGg"),
+        (4, "b", "rgrg"),
+        (6, "b", "GGrg"),
+    ]
+
+
+def test_a_clearance_longer_than_the_time_between_requests_goes_on_in_the_next():
+    signals = heads(clearance_s=13, all_red_s=2)
+    ask(signals, [0, 0], 0)
+    assert ask(signals, [1, 0], 10).switches == [(0, "a", "ygrg")]
+    assert ask(signals, [0, 0], 20).switches == [(1, "a", "rgrg"), (3, "a", "rgGg")]
+    assert signals.overruled == 1
+    assert ask(signals, [1, 0], 30).switches == []
+
+
+def test_a_program_takes_over_from_a_clearance():
+    signals = heads(clearance_s=13)
+    ask(signals, [0, 0], 0)
+    ask(signals, [1, 0], 10)
+    assert ask(signals, [PROGRAM, 0], 20) == ([("a", False)], [])

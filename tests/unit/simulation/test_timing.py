@@ -18,11 +18,28 @@ SIGNALS = Signals(np.array([2], np.int32), SERVED, UNSIGNALLED)
 RED = NEVER_S
 
 
+def rules(count=1, *, min_green_s=0, max_green_s=0, clearance_s=0, startup_lost_s=0):
+    """Rules of some intersections; numbers hold for all phases, lists say each one's."""
+
+    def of_phases(times, *shape):
+        found = np.broadcast_to(np.array(times, np.int32), (count, *shape)).copy()
+        found.flags.writeable = False  # as from a scenario
+        return found
+
+    return Rules(
+        10,
+        startup_lost_s,
+        of_phases(clearance_s, 2, 2),
+        of_phases(min_green_s, 2),
+        of_phases(max_green_s, 2),
+    )
+
+
 class Signal:
     """One signal under fixed rules."""
 
-    def __init__(self, *, min_green_s=0, max_green_s=0, clearance_s=0, startup_lost_s=0):
-        self.rules = Rules(10, clearance_s, min_green_s, max_green_s, startup_lost_s)
+    def __init__(self, **times):
+        self.rules = rules(**times)
         self.phase = np.array([-1], np.int32)
         self.green_from_s = np.array([0], np.int32)
         self.go_from_s = np.full((1, 4), NEVER_S, np.int32)
@@ -119,7 +136,7 @@ def test_refusals_are_counted_over_all_intersections():
     go_from_s, switch_s = np.zeros((3, 4), np.int32), np.full(3, NEVER_S, np.int32)
     wanted = np.array([1, 1, 1], np.int32)
     arrays = wanted, phase, green_from_s, go_from_s, switch_s
-    assert grant(signals, *arrays, 10, Rules(10, 0, 5, 0, 0)) == 2
+    assert grant(signals, *arrays, 10, rules(3, min_green_s=5)) == 2
     assert phase.tolist() == [1, 0, 0]
 
 
@@ -144,7 +161,7 @@ def test_a_single_phase_may_last_for_ever():
     phase, green_from_s = np.array([0], np.int32), np.array([0], np.int32)
     go_from_s, switch_s = np.zeros((1, 4), np.int32), np.full(1, NEVER_S, np.int32)
     arrays = np.array([0], np.int32), phase, green_from_s, go_from_s, switch_s
-    assert grant(signals, *arrays, 100, Rules(10, 0, 0, 20, 0)) == 0
+    assert grant(signals, *arrays, 100, rules(max_green_s=20)) == 0
 
 
 # Stages of the own program: 10 s movements 0 and 1, 3 s nobody, 7 s movement 2; 3 always may go.
@@ -205,3 +222,19 @@ def test_who_does_not_follow_a_program_is_left_alone():
     signal.ask(0, 0)
     assert follow(signal, 0) == NEVER_S
     assert signal.go == [0, 0, RED, 0]
+
+
+def test_clearance_and_greens_are_those_of_the_phases_in_question():
+    signal = Signal(
+        clearance_s=[[0, 3], [6, 0]], min_green_s=[5, 20], max_green_s=[0, 30], startup_lost_s=1
+    )
+    signal.ask(0, 0)
+    assert signal.ask(1, 4)
+    assert not signal.ask(1, 10)
+    assert signal.green_from_s.tolist() == [13]
+    assert signal.go == [RED, 1, 14, 0]
+    assert signal.ask(0, 30)  # 17 s of 20
+    assert signal.ask(1, 50)  # 37 s are too many
+    assert signal.phase.tolist() == [0]
+    assert signal.green_from_s.tolist() == [56]
+    assert not signal.ask(0, 200)

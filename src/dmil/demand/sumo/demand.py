@@ -14,6 +14,7 @@ from dmil.demand.sumo.remarks import DemandRemark
 from dmil.demand.sumo.ways import Choice, Ends
 from dmil.demand.vehicles import FloatArray, Vehicles, check_horizon
 from dmil.network import RoadNetwork
+from dmil.network.permissions import Classes
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +72,8 @@ class SumoDemand:
     kinds
         Attributes that SUMO's ``<vehicle>`` has beside id, departure and route, such as ``type``
         and ``departSpeed``; ``Vehicles.kind`` are indices into it.
+    classes
+        The vehicle classes of every such kind.
     vehicle_types_xml
         The ``<vType>`` and ``<vTypeDistribution>`` elements, one a line, without a root element.
     vehicle_space_m
@@ -87,6 +90,7 @@ class SumoDemand:
     streams: tuple[Stream, ...]
     begin_s: float
     kinds: tuple[dict[str, str], ...]
+    classes: tuple[Classes, ...]
     vehicle_types_xml: str
     vehicle_space_m: float
     remarks: tuple[DemandRemark, ...]
@@ -98,6 +102,21 @@ class SumoDemand:
         """Second of the last departure that is to be expected, -1 if there is no vehicle."""
         drawn = [math.ceil(each.departures.last_s - self.begin_s) for each in self.streams]
         return max([self.recorded.last_departure_s, *drawn])
+
+    @property
+    def class_counts(self) -> dict[Classes, float]:
+        """How many vehicles of which classes there are, of random flows the mean number."""
+        found = dict.fromkeys(self.classes, 0.0)
+        recorded = self.recorded.recorded.kind
+        for kind, count in enumerate(np.bincount([] if recorded is None else recorded)):
+            found[self.classes[kind]] += float(count)
+        for each in self.streams:
+            found[self.classes[each.kind]] += each.departures.mean_veh
+        return found
+
+    def on_network(self, network: RoadNetwork) -> SumoDemand:
+        """Return the demand on the same roads with other lanes open."""
+        return replace(self, recorded=replace(self.recorded, network=network))
 
     def vehicles(self, network: RoadNetwork, horizon_s: int, rng: np.random.Generator) -> Vehicles:
         """Return the vehicles that depart before the horizon, and count the others.

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dmil.demand.sumo.entry import Entry
 from dmil.demand.vehicles import FloatArray
 
-MOST_VEHICLES = 10**7
-"""Most vehicles of one flow: more is a slip of the pen that would fill the memory."""
-_SPACINGS = ("period", "vehsPerHour", "perHour", "probability")
+RESOLUTION = 1000
+"""SUMO rounds the part of a scale behind the point to thousandths, and counts time in them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +28,34 @@ class Window:
 
     begin_s: float
     end_s: float | None
+
+
+class Quota:
+    """How often vehicles depart under a scale, one after the other (SUMO: ``getQuota``).
+
+    The fraction is spread evenly over the vehicles in the order in which they are loaded, whatever
+    their own factors are, so that nothing is random.
+    """
+
+    def __init__(self) -> None:
+        self._loaded = 0
+
+    def times(self, scale: float) -> int:
+        """Return how often the next vehicle departs.
+
+        Parameters
+        ----------
+        scale
+            Product of the factors on it.
+        """
+        self._loaded += 1
+        if scale == 1:
+            return 1
+        before = int(self._loaded / scale) if scale > 1 else self._loaded - 1
+        share = math.floor((scale - int(scale)) * RESOLUTION + 0.5)
+        times = int(scale) + (before % RESOLUTION * share % RESOLUTION < share)
+        self._loaded += max(times - 1, 0)
+        return times
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,6 +106,8 @@ class Drawn:
         Whether it is a probability.
     number
         How many departures there are; as many as fit if None.
+    scale
+        How many vehicles depart at each of those that are drawn second by second.
     """
 
     begin_s: float
@@ -86,6 +115,7 @@ class Drawn:
     rate_per_s: float
     each_second: bool
     number: int | None
+    scale: float = 1.0
 
     @property
     def first_s(self) -> float:
@@ -103,8 +133,8 @@ class Drawn:
     def mean_veh(self) -> float:
         """Mean number of departures."""
         if self.number is None:
-            return self.rate_per_s * (self.end_s - self.begin_s)
-        return self.number
+            return self.rate_per_s * (self.end_s - self.begin_s) * self.scale
+        return self.number * min(self.scale, 1)
 
     def draw(self, until_s: float, rng: np.random.Generator) -> FloatArray:
         """Draw departures before a time, in order.
@@ -117,137 +147,55 @@ class Drawn:
             Stream of random numbers.
         """
         end_s = min(self.end_s, until_s)
-        if self.number is not None:
-            if self.each_second:
-                gaps = rng.geometric(self.rate_per_s, self.number).astype(np.float64)
-                return math.ceil(self.begin_s) - 1 + np.cumsum(gaps)
-            return self.begin_s + np.cumsum(rng.exponential(1 / self.rate_per_s, self.number))
         if self.each_second:
-            seconds = np.arange(math.ceil(self.begin_s), math.ceil(end_s), dtype=np.float64)
-            return seconds[rng.random(len(seconds)) < self.rate_per_s]
+            return self._scaled(self._seconds(end_s, rng))
+        if self.number is not None:
+            return self.begin_s + np.cumsum(rng.exponential(1 / self.rate_per_s, self.number))
         count = rng.poisson(self.rate_per_s * max(0.0, end_s - self.begin_s))
         return np.sort(rng.uniform(self.begin_s, end_s, count))
 
+    def _seconds(self, end_s: float, rng: np.random.Generator) -> FloatArray:
+        """Draw the seconds in which somebody departs."""
+        if self.number is not None:
+            gaps = rng.geometric(self.rate_per_s, self.number).astype(np.float64)
+            return math.ceil(self.begin_s) - 1 + np.cumsum(gaps)
+        seconds = np.arange(math.ceil(self.begin_s), math.ceil(end_s), dtype=np.float64)
+        return seconds[rng.random(len(seconds)) < self.rate_per_s]
 
-def departure_of_vehicle(entry: Entry, window: Window) -> Listed | None:
-    """Return when a vehicle or trip departs, None if that is no fixed time.
+    def _scaled(self, seconds: FloatArray) -> FloatArray:
+        """Let as many depart in each second as the scale says, in all not more than the number."""
+        if self.scale == 1:
+            return seconds
+        quota = Quota()
+        times = [quota.times(self.scale) for _ in seconds]
+        if self.number is not None:  # who does not depart counts as well
+            enough = np.cumsum(np.maximum(times, 1)) - np.maximum(times, 1) < self.number
+            times = list(np.asarray(times) * enough)
+        return np.repeat(seconds, times)
 
-    Raises
-    ------
-    DemandError
-        If it has no departure, or it is neither a time nor one of SUMO's words.
+
+def shared_out(
+    departures: Listed | Drawn, shares: Sequence[float], rng: np.random.Generator
+) -> list[Listed | Drawn]:
+    """Divide departures at random among several kinds of vehicles (ours).
+
+    Parameters
+    ----------
+    departures
+        Those of all.
+    shares
+        Probability of each kind.
+    rng
+        Stream of random numbers.
     """
-    text = entry.required("depart")
-    if text in ("triggered", "containerTriggered", "split", "now"):
-        return None
-    if text == "begin":
-        return Listed(np.array([window.begin_s]))
-    return Listed(np.array([entry.seconds("depart")]))
-
-
-def departures_of_flow(entry: Entry, window: Window) -> Listed | Drawn | None:
-    """Return when a flow's vehicles depart, None if that is no fixed time.
-
-    Raises
-    ------
-    DemandError
-        If its attributes contradict each other or do not suffice.
-    """
-    if entry.get("begin") in ("triggered", "containerTriggered"):
-        return None
-    begin_s = window.begin_s
-    if entry.get("begin") not in (None, "begin"):
-        begin_s = entry.seconds("begin") or 0.0
-    number, spacing = _number(entry), _spacing(entry)
-    end_s = _end_s(entry, begin_s, window, needed=spacing is None or number is None)
-    if spacing is None:
-        if number is None:
-            raise entry.error(
-                "it does not say how many vehicles depart",
-                expected=f"number, or one of {', '.join(_SPACINGS)}",
-            )
-        return Listed(
-            begin_s + np.arange(number, dtype=np.float64) * ((end_s - begin_s) / max(number, 1))
-        )
-    if entry.get("end") is not None and number is not None:
-        raise entry.error(
-            f"it has {spacing}, number and end", mend="remove number or end, as SUMO asks"
-        )
-    exponential = (entry.get("period") or "").startswith("exp(")
-    if exponential or spacing == "probability":
-        rate = _rate(entry, spacing)
-        _check_count(entry, rate * (end_s - begin_s) if number is None else 0)
-        return Drawn(begin_s, end_s, rate, spacing == "probability", number)
-    period_s = _period_s(entry, spacing)
-    if number is None:
-        _check_count(entry, (end_s - begin_s) / period_s)
-        number = max(0, math.ceil(round((end_s - begin_s) / period_s, 9)))
-    return Listed(begin_s + np.arange(number, dtype=np.float64) * period_s)
-
-
-def _end_s(entry: Entry, begin_s: float, window: Window, *, needed: bool) -> float:
-    end_s = entry.seconds("end", window.end_s)
-    if end_s is None:
-        if not needed:
-            return math.inf
-        raise entry.error(
-            "it has no end, nor has the run",
-            mend='add end="…" to it, or say how long a run lasts (--steps)',
-        )
-    if end_s < begin_s:
-        if entry.get("end") is None:  # it begins after the run
-            return begin_s
-        raise entry.error(f"it ends at {end_s:g} s, before it begins at {begin_s:g} s")
-    return end_s
-
-
-def _number(entry: Entry) -> int | None:
-    if entry.get("number") is None:
-        return None
-    value = entry.number("number", most=MOST_VEHICLES)
-    if value != int(value):
-        raise entry.error(f"number is '{entry.get('number')}'", expected="a whole number")
-    return int(value)
-
-
-def _spacing(entry: Entry) -> str | None:
-    given = [name for name in _SPACINGS if entry.get(name) is not None]
-    if len(given) > 1:
-        raise entry.error(f"it has {' and '.join(given)}", expected="one of them")
-    return given[0] if given else None
-
-
-def _rate(entry: Entry, spacing: str) -> float:
-    """Return the probability, or the rate of a Poisson process, per second."""
-    text = entry.required(spacing)
-    problem, expected = f"{spacing} is '{text}'", "a number above 0, at most 1"
-    if spacing == "period":
-        expected = "exp(rate) with a rate above 0 vehicles per second"
-        text = text.removeprefix("exp(").removesuffix(")")
-    try:
-        rate = float(text)
-    except ValueError:
-        rate = math.nan
-    if not (0 < rate < math.inf) or (spacing == "probability" and rate > 1):
-        raise entry.error(problem, expected=expected)
-    return rate
-
-
-def _period_s(entry: Entry, spacing: str) -> float:
-    if spacing == "period":
-        period_s = entry.seconds("period")
-    else:
-        rate = entry.number(spacing)
-        period_s = round(3600 / rate, 3) if rate > 0 else None  # SUMO counts in ms
-    if not period_s:
-        raise entry.error(f"{spacing} is '{entry.get(spacing)}'", expected="a number above 0")
-    return period_s
-
-
-def _check_count(entry: Entry, vehicles: float) -> None:
-    if vehicles > MOST_VEHICLES:
-        raise entry.error(
-            f"it stands for {vehicles:.3g} vehicles",
-            expected=f"at most {MOST_VEHICLES:,}",
-            mend="correct its times",
-        )
+    if isinstance(departures, Listed):
+        kind = rng.choice(len(shares), size=len(departures.depart_s), p=shares)
+        return [Listed(departures.depart_s[kind == k]) for k in range(len(shares))]
+    rates = [departures.rate_per_s * share for share in shares]
+    if departures.number is None:
+        return [replace(departures, rate_per_s=rate) for rate in rates]
+    numbers = rng.multinomial(departures.number, shares).tolist()
+    return [
+        replace(departures, rate_per_s=rate, number=number) if number else Listed(np.zeros(0))
+        for rate, number in zip(rates, numbers, strict=True)
+    ]

@@ -33,6 +33,12 @@ class Entry:
         """Its id, which may be empty."""
         return self.element.get("id", "")
 
+    def of_type(self, name: str) -> Entry:
+        """Return the same element with another vehicle type."""
+        element = Element(self.element.tag, {**self.element.attrib, "type": name})
+        element.extend(self.element)
+        return Entry(self.place, element)
+
     def get(self, name: str) -> str | None:
         """Return an attribute as text, None if it is not there."""
         return self.element.get(name)

@@ -11,52 +11,31 @@ from pathlib import Path
 import numpy as np
 
 from dmil.demand.recorded import FileDemand, in_order
+from dmil.demand.sumo.acting import DEFINITIONS, device_kinds, names_device, switches
 from dmil.demand.sumo.demand import Stream, SumoDemand
-from dmil.demand.sumo.departures import (
-    Drawn,
-    Listed,
-    Window,
-    departure_of_vehicle,
-    departures_of_flow,
-)
+from dmil.demand.sumo.departures import Drawn, Listed, Quota, Window, shared_out
 from dmil.demand.sumo.entry import Entry
+from dmil.demand.sumo.flows import departure_of_vehicle, departures_of_flow
 from dmil.demand.sumo.remarks import DemandRemark, Remarks
-from dmil.demand.sumo.types import VehicleTypes
+from dmil.demand.sumo.types import VehicleType, VehicleTypes
 from dmil.demand.sumo.ways import Ends, Unusable, Ways, ends_of
 from dmil.errors import DemandError
 from dmil.network import RoadNetwork
+from dmil.network.permissions import Classes
 from dmil.network.xml_file import iter_elements
+from dmil.seeding import stream
 
 VEHICLES = ("vehicle", "trip", "flow")
+ROOTS = ("routes", "additional")
 ANOTHER_NETWORK = 0.9
 """Share of vehicles on unknown edges from which on the files belong to another network."""
 
 _KEPT = (
-    "type",
-    "color",
-    "line",
-    "departLane",
-    "departPos",
-    "departPosLat",
-    "departSpeed",
-    "arrivalLane",
-    "arrivalPos",
-    "arrivalPosLat",
-    "arrivalSpeed",
-    "speedFactor",
-    "insertionChecks",
+    *("type", "color", "line", "departLane", "departPos", "departPosLat", "departSpeed"),
+    *("arrivalLane", "arrivalPos", "arrivalPosLat", "arrivalSpeed"),
+    *("speedFactor", "insertionChecks"),
 )
-_COUNTED = {
-    "person": "person",
-    "personFlow": "person",
-    "container": "person",
-    "containerFlow": "person",
-    "tlLogic": "signal-program",
-    "rerouter": "device",
-    "variableSpeedSign": "device",
-    "calibrator": "device",
-    "include": "include",
-}
+_COUNTED = {**DEFINITIONS, "tlLogic": "signal-program"}
 _READ = (*VEHICLES, "vType", "vTypeDistribution", "route", "routeDistribution", *_COUNTED)
 
 
@@ -67,6 +46,7 @@ def read_sumo_routes(
     additional: Sequence[str | Path] = (),
     begin_s: float = 0.0,
     end_s: float | None = None,
+    scale: float = 1.0,
 ) -> SumoDemand:
     """Read the vehicles, trips and flows of SUMO's route files (ours).
 
@@ -74,7 +54,7 @@ def read_sumo_routes(
     `dmil.demand.sumo.routing.routed_by_sumo` lets them drive those of the traffic.
     Times are those of SUMO, departures are rounded up to whole seconds after ``begin_s``. Vehicles
     that the network has no way for are left out; the demand's remarks count them and whatever else
-    is not as in SUMO.
+    is not as in SUMO. What acts on vehicles during the run: see `dmil.demand.sumo.acting`.
 
     Parameters
     ----------
@@ -83,11 +63,13 @@ def read_sumo_routes(
     network
         The roads, from `dmil.network.sumo.read_sumo_network`.
     additional
-        Files with further vehicle types and routes, read first.
+        Files with further vehicle types, routes and vehicles, read first.
     begin_s
         SUMO's time at which a run begins: it is second 0 of the demand.
     end_s
         SUMO's time at which it ends; needed if a flow has no end.
+    scale
+        SUMO's option ``--scale``: a factor on all vehicles, beside those of their types.
 
     Raises
     ------
@@ -101,25 +83,44 @@ def read_sumo_routes(
     without right of way, and refuses to run if a vehicle cannot be driven.
     """
     files = [paths] if isinstance(paths, str | Path) else list(paths)
-    reading = _Reading(network, Window(begin_s, end_s))
+    reading = _Reading(network, Window(begin_s, end_s), scale)
     for path in additional:
         reading.read(path, in_order=False)
     for path in files:
         reading.read(path, in_order=True)
-    return reading.demand(", ".join(map(str, files)))
+    return reading.demand(", ".join(map(str, files or additional)))
+
+
+def has_vehicles(path: str | Path) -> bool:
+    """Tell whether a file defines vehicles, trips or flows (ours).
+
+    Parameters
+    ----------
+    path
+        A route file or an additional one.
+
+    Raises
+    ------
+    DemandError
+        If it is missing, unsafe or no XML up to the first of them.
+    """
+    return any(iter_elements(path, VEHICLES, root=ROOTS, error=DemandError))
 
 
 class _Reading:
     """The state of one reading: what was defined, what departs, what was left out."""
 
-    def __init__(self, network: RoadNetwork, window: Window) -> None:
+    def __init__(self, network: RoadNetwork, window: Window, scale: float) -> None:
         self._network = network
         self._window = window
+        self._scale, self._quota = scale, Quota()
+        self._stopping: set[str] = set()
         self._types = VehicleTypes()
         self._ways = Ways(network)
         self._remarks = Remarks()
-        self._ids: set[str] = set()
+        self._ids: set[tuple[str, str]] = set()
         self._kinds: dict[tuple[tuple[str, str], ...], int] = {}
+        self._classes: list[Classes] = []
         self._depart_s: list[float] = []
         self._routes: list[tuple[int, ...]] = []
         self._kind: list[int] = []
@@ -130,12 +131,12 @@ class _Reading:
         self._unknown: tuple[Entry, str] | None = None
         self._first_s = math.inf
         self._veh_of_space_m: defaultdict[float, float] = defaultdict(float)
+        self._rng = stream(0, "vehicle types")
 
     def read(self, path: str | Path, *, in_order: bool) -> None:
         """Take up all that a file defines; of a route file SUMO takes vehicles in order only."""
         latest_s = -math.inf
-        roots = ("routes", "additional")
-        for place, element in iter_elements(path, _READ, root=roots, error=DemandError):
+        for place, element in iter_elements(path, _READ, root=ROOTS, error=DemandError):
             entry = Entry(place, element)
             if element.tag in VEHICLES:
                 departures = self._departures(entry)
@@ -150,27 +151,48 @@ class _Reading:
                 self._types.define(entry)
             elif element.tag in ("route", "routeDistribution"):
                 self._ways.define(entry)
+                if next(element.iter("stop"), None) is not None:
+                    self._stopping.add(entry.id)
             else:
-                self._remarks.add(_COUNTED[element.tag], entry.id or entry.get("href") or "")
+                if in_order or element.tag != "tlLogic":  # of additional files it is read
+                    self._remarks.add(_COUNTED[element.tag], entry.id)
 
     def _departures(self, entry: Entry) -> Listed | Drawn | None:
         name = entry.required("id")
-        if name in self._ids:
-            raise entry.error("there is another vehicle of this id", mend="rename one of them")
-        self._ids.add(name)
-        find = departures_of_flow if entry.element.tag == "flow" else departure_of_vehicle
-        found = find(entry, self._window)
+        # As in SUMO a flow and a vehicle may have one id: the flow's vehicles are numbered.
+        sort = "flow" if entry.element.tag == "flow" else "vehicle"
+        if (sort, name) in self._ids:
+            raise entry.error(f"there is another {sort} of this id", mend="rename one of them")
+        self._ids.add((sort, name))
+        if sort == "flow":
+            scale = self._scale * self._types.of(entry).scale
+            found = departures_of_flow(entry, self._window, scale)
+        else:
+            found = departure_of_vehicle(entry, self._window)
         if found is None:
             self._leave_out(entry, "no-fixed-departure", None)
         return found
 
     def _take(self, entry: Entry, departures: Listed | Drawn) -> None:
-        """Take up a vehicle, trip or flow as far as it departs in time and can be driven."""
+        """Take up a vehicle, trip or flow, of a distribution over classes each class by itself."""
         vehicle_type = self._types.of(entry)
+        if isinstance(departures, Listed) and entry.element.tag != "flow":
+            departures = self._scaled(departures, vehicle_type.scale)
+        if not vehicle_type.members:
+            self._take_of(vehicle_type, entry, departures)
+            return
+        # SUMO draws anew in each run; but a way that was found for a bicycle is none for a car.
+        names, shares, types = zip(*vehicle_type.members, strict=True)
+        parts = shared_out(departures, shares, self._rng)
+        for name, each, part in zip(names, types, parts, strict=True):
+            self._take_of(each, entry.of_type(name), part)
+
+    def _take_of(self, vehicle_type: VehicleType, entry: Entry, departures: Listed | Drawn) -> None:
+        """Take up vehicles as far as they depart in time and can be driven."""
         if not vehicle_type.road:
             self._leave_out(entry, "no-road-vehicle", departures)
             return
-        choice = self._ways.of(entry)
+        choice = self._ways.of(entry, vehicle_type.classes)
         self._total_veh += _count(departures)
         if isinstance(choice, Unusable):
             if choice.kind == "unknown-road":
@@ -183,8 +205,8 @@ class _Reading:
         inside = self._inside(entry, departures)
         if not inside.mean_veh:
             return
-        self._note_children(entry)
-        kind = self._kind_of(entry)
+        self._note_children(entry, vehicle_type, _count(inside))
+        kind = self._kind_of(entry, vehicle_type.classes)
         self._veh_of_space_m[vehicle_type.space_m] += inside.mean_veh
         if isinstance(inside, Drawn) or len(choice) > 1:
             self._streams.append(Stream(inside, choice, kind))
@@ -221,16 +243,29 @@ class _Reading:
         first_s, last_s = max(departures.begin_s, begin_s), min(departures.end_s, end_s)
         return replace(departures, begin_s=first_s, end_s=last_s)
 
-    def _note_children(self, entry: Entry) -> None:
-        for tag, kind in (("stop", "stops"), ("param", "parameters")):
-            if entry.element.find(tag) is not None:
-                self._remarks.add(kind, entry.id)
+    def _scaled(self, departures: Listed, scale: float) -> Listed:
+        """Let a vehicle depart as often as in SUMO, which loads none from before the beginning."""
+        if departures.first_s < self._window.begin_s:
+            return departures
+        return Listed(np.repeat(departures.depart_s, self._quota.times(self._scale * scale)))
+
+    def _note_children(self, entry: Entry, vehicle_type: VehicleType, count: int) -> None:
+        element = entry.element
+        if next(element.iter("stop"), None) is not None or entry.get("route") in self._stopping:
+            self._remarks.add("stops", entry.id, count)
+        for kind in device_kinds({**vehicle_type.devices, **switches(element)}):
+            self._remarks.add(kind, entry.id, count)
+        if any(not names_device(parameter) for parameter in element.findall("param")):
+            self._remarks.add("parameters", entry.id)
         if entry.get("departEdge") or entry.get("arrivalEdge"):
             self._remarks.add("route-part", entry.id)
 
-    def _kind_of(self, entry: Entry) -> int:
+    def _kind_of(self, entry: Entry, classes: Classes) -> int:
         given = tuple((name, entry.element.attrib[name]) for name in _KEPT if entry.get(name))
-        return self._kinds.setdefault(given, len(self._kinds))
+        if given not in self._kinds:
+            self._kinds[given] = len(self._kinds)
+            self._classes.append(classes)
+        return self._kinds[given]
 
     def _leave_out(
         self, entry: Entry, kind: str, departures: Listed | Drawn | None, road: str = ""
@@ -265,6 +300,7 @@ class _Reading:
             streams=tuple(self._streams),
             begin_s=self._window.begin_s,
             kinds=tuple(dict(given) for given in self._kinds),
+            classes=tuple(self._classes),
             vehicle_types_xml=self._types.xml,
             vehicle_space_m=_mean(self._veh_of_space_m),
             remarks=self._remarks.all(),

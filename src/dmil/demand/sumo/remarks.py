@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
+from dmil.demand.sumo.acting import ACTING, kind_of_option
+
 TEXTS = {
+    **{kind: each.text for kind, each in ACTING.items() if each.text},
     "before-begin": "depart before the beginning and are left out, as SUMO does; to have them, "
     "begin earlier",
     "after-end": "depart at or after the end and are left out; to have them, run longer",
@@ -12,25 +16,23 @@ TEXTS = {
     "file by departure",
     "unknown-road": "go over an edge or a junction that the network does not have for vehicles and "
     "are left out; check that network and routes belong together",
-    "no-way": "cannot be driven, since no way of the network leads on, and are left out; correct "
-    "the trips, or the network's connections",
-    "no-fixed-departure": "have no departure in seconds and are left out; give one, since nothing "
-    "here triggers a departure",
+    "no-way": "cannot be driven, since no way of the network leads on for their vehicle class, and "
+    "are left out; correct the trips, or the network's connections and permissions",
+    "one-road": "have a route of one road and are left out, as CityFlow does; name the road they "
+    "go to",
+    "ends-first": "entries end before they begin, or before second 0, and are left out, as "
+    "CityFlow does; correct startTime or endTime",
     "no-road-vehicle": "are bicycles, trains, pedestrians and the like and are left out; only road "
     "vehicles with a motor are simulated",
     "zone": "begin or end in a zone or at a coordinate and are left out; give edges, for example "
     "with duarouter",
     "stops-only": "have stops instead of an edge to go to and are left out; give the edge",
-    "person": "are persons or containers and are left out; only vehicles are simulated",
-    "stops": "have stops, which they do not make: they drive on",
     "parameters": "have parameters (<param>), which are not used",
     "route-part": "begin or end within their route (departEdge, arrivalEdge); they drive all of it",
     "free-flow": "drive the way that is fastest at free flow, while SUMO looks for the fastest in "
     "the traffic at departure",
-    "signal-program": "programs of signals outside the network's file are not used; put them into "
-    "the network with netconvert",
-    "device": "definitions that act on vehicles during the run are not used",
-    "include": "files are included by another one and not read; name them all as route files",
+    "signal-program": "programs of signals in route files are not used, as in SUMO; name the file "
+    "as an additional one",
 }
 """Kind of remark to what it says after a number and an example."""
 
@@ -55,6 +57,22 @@ class DemandRemark:
     count: int
     example: str
     text: str
+
+
+def remarks_on_options(options: Iterable[str], vehicles: int) -> tuple[DemandRemark, ...]:
+    """Return what there is to say of options of ``sumo`` that give vehicles devices (ours).
+
+    Parameters
+    ----------
+    options
+        Each as ``name=value``.
+    vehicles
+        How many there are, of which an option may give a device to some.
+    """
+    found = [(kind_of_option(*option.partition("=")[::2]), option) for option in options]
+    return tuple(
+        DemandRemark(kind, vehicles, option, TEXTS[kind]) for kind, option in found if kind
+    )
 
 
 class Remarks:

@@ -33,6 +33,7 @@ LONGER_S = 1800
 """How long the run goes on after the last departure, so that those who wait to enter get a way."""
 LAST_LINES = 3
 """How many lines of SUMO's complaint an error shows."""
+_MESOSCOPIC = ("--mesosim", "--meso-junction-control")
 _FOLDER, _TITLE = "routes", "ways of trips, digest "
 
 Found = Mapping[int, tuple[str, ...]]
@@ -49,7 +50,13 @@ def sumo_is_installed() -> bool:
 
 
 def routed_by_sumo(
-    demand: SumoDemand, network: RoadNetwork, net_file: Path, horizon_s: int
+    demand: SumoDemand,
+    network: RoadNetwork,
+    net_file: Path,
+    horizon_s: int,
+    *,
+    programs_xml: str = "",
+    mesoscopic: bool = False,
 ) -> SumoDemand:
     """Return the demand with the ways that SUMO chooses for its trips (SUMO docs: Demand/Routing).
 
@@ -68,6 +75,11 @@ def routed_by_sumo(
         The same as SUMO's file.
     horizon_s
         Departures before this second of a run count.
+    programs_xml
+        Signal programs beside the network's, as XML elements without a root element.
+    mesoscopic
+        Whether SUMO moves queues instead of single vehicles (SUMO docs: Simulation/Meso), which
+        takes a tenth of the time; ways that are kept from another run are as good.
 
     Raises
     ------
@@ -87,13 +99,23 @@ def routed_by_sumo(
         *("--seed", str(SEED)),
         *("--time-to-teleport", "-1"),
     ]
-    made_from = (_version(), " ".join(options), vehicles_xml)
-    digest = hashlib.blake2b(net_file.read_bytes(), digest_size=16)
-    digest.update("\n".join(made_from).encode())
-    kept = user_cache_folder() / _FOLDER / f"{digest.hexdigest()}.txt"
+    net = net_file.read_bytes()
+
+    def kept_for(options: list[str]) -> Path:
+        digest = hashlib.blake2b(net, digest_size=16)
+        made_from: tuple[str, ...] = (_version(), " ".join(options), vehicles_xml)
+        made_from += (programs_xml,) if programs_xml else ()
+        digest.update("\n".join(made_from).encode())
+        return user_cache_folder() / _FOLDER / f"{digest.hexdigest()}.txt"
+
+    kept = kept_for(options)
     found = _kept(kept)
+    if found is None and mesoscopic:
+        options += _MESOSCOPIC
+        kept = kept_for(options)
+        found = _kept(kept)
     if found is None:
-        found = _asked(net_file, vehicles_xml, options)
+        found = _asked(net_file, vehicles_xml, programs_xml, options)
         # Where no cache can be written every start asks, and nothing else is wrong.
         with suppress(OutputError):
             write_text_atomically(kept, _as_text(found))
@@ -164,7 +186,7 @@ def _vehicles_xml(demand: SumoDemand, network: RoadNetwork, horizon_s: int) -> I
     yield "</routes>\n"
 
 
-def _asked(net_file: Path, vehicles_xml: str, options: list[str]) -> Found:
+def _asked(net_file: Path, vehicles_xml: str, programs_xml: str, options: list[str]) -> Found:
     """Run SUMO and return the ways of the trips.
 
     Raises
@@ -177,6 +199,10 @@ def _asked(net_file: Path, vehicles_xml: str, options: list[str]) -> Found:
         routes, output = Path(folder, "vehicles.rou.xml"), Path(folder, "ways.xml")
         routes.write_text(vehicles_xml, encoding="utf-8")
         command = [str(program), "--net-file", str(net_file), "--route-files", str(routes)]
+        if programs_xml:
+            programs = Path(folder, "programs.add.xml")
+            programs.write_text(f"<additional>\n{programs_xml}</additional>\n", encoding="utf-8")
+            command += ["--additional-files", str(programs)]
         command += ["--vehroute-output", str(output), "--vehroute-output.last-route"]
         command += ["--vehroute-output.write-unfinished", "--no-step-log", "--no-warnings"]
         command += ["--xml-validation", "never", "--xml-validation.net", "never"]

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from xml.etree.ElementTree import Element, tostring
 
+from dmil.demand.sumo.acting import switches, without_acting
 from dmil.demand.sumo.entry import Entry
+from dmil.network.permissions import ALL_CLASSES, OLD_NAMES, Classes
 
 DEFAULT_TYPE = "DEFAULT_VEHTYPE"
 GAP_M = 2.5
+MOST_SCALE = 1000
+"""More is a slip of the pen."""
 CLASS_LENGTH_M = {
     "private": 5.0,
     "emergency": 6.5,
@@ -45,15 +49,27 @@ class VehicleType:
         Whether its vehicles are road vehicles with a motor.
     space_m
         Length and least gap of a vehicle; of a distribution the mean.
+    classes
+        Those whose permissions it has; of a distribution all, and none for ``ignoring``.
+    members
+        Of a distribution over several classes the types, by id, and their probabilities.
+    scale
+        How often each of its vehicles departs; of a distribution the mean.
+    devices
+        Those that its parameters switch on or off; of a distribution, on if any member has it.
     """
 
     road: bool
     space_m: float
+    classes: Classes = frozenset()
+    members: tuple[tuple[str, float, VehicleType], ...] = ()
+    scale: float = 1.0
+    devices: Mapping[str, bool] = field(default_factory=dict)
 
 
 _BUILT_IN = {
-    DEFAULT_TYPE: VehicleType(True, CLASS_LENGTH_M["passenger"] + GAP_M),
-    "DEFAULT_TAXITYPE": VehicleType(True, CLASS_LENGTH_M["taxi"] + GAP_M),
+    DEFAULT_TYPE: VehicleType(True, CLASS_LENGTH_M["passenger"] + GAP_M, Classes({"passenger"})),
+    "DEFAULT_TAXITYPE": VehicleType(True, CLASS_LENGTH_M["taxi"] + GAP_M, Classes({"taxi"})),
     "DEFAULT_BIKETYPE": VehicleType(False, 0.0),
     "DEFAULT_PEDTYPE": VehicleType(False, 0.0),
     "DEFAULT_RAILTYPE": VehicleType(False, 0.0),
@@ -86,11 +102,12 @@ class VehicleTypes:
             raise entry.error(
                 "there is another vehicle type of this id", mend="rename or remove one of them"
             )
+        definition = without_acting(entry.element)
         if entry.element.tag == "vType":
             self._types[name] = _type(entry)
         else:
-            self._types[name] = self._distribution(entry)
-        self._definitions.append(_text(entry.element))
+            self._types[name] = self._distribution(entry, definition)
+        self._definitions.append(_text(definition))
 
     def of(self, entry: Entry) -> VehicleType:
         """Return the type that a vehicle or flow names, SUMO's default if it names none.
@@ -112,9 +129,11 @@ class VehicleTypes:
             )
         return found
 
-    def _distribution(self, entry: Entry) -> VehicleType:
+    def _distribution(self, entry: Entry, definition: Element) -> VehicleType:
+        """Read a distribution; in its definition the shares become those of scaled members."""
         members: list[VehicleType] = []
         weights: list[float] = []
+        ids: list[str] = []
         for child in entry.element.findall("vType"):
             member = Entry(entry.place, child)
             reference = child.get("refId")
@@ -123,6 +142,7 @@ class VehicleTypes:
             else:
                 self._types[member.required("id")] = _type(member)
                 members.append(self._types[member.id])
+            ids.append(reference or member.id)
             weights.append(member.number("probability") if "probability" in child.attrib else 1.0)
         names = (entry.get("vTypes") or "").split()
         members += [self._known(entry, name) for name in names]
@@ -130,9 +150,33 @@ class VehicleTypes:
         total = sum(weights)
         if not total > 0:
             raise entry.error("it has no types", expected="at least one of a probability above 0")
+        road = any(member.road for member in members)
+        space_m = (
+            sum(w * member.space_m for w, member in zip(weights, members, strict=True)) / total
+        )
+        scaled = [w * member.scale for w, member in zip(weights, members, strict=True)]
+        scale = sum(scaled) / total
+        if scale and any(member.scale != 1 for member in members):
+            nested = definition.findall("vType")
+            for child, weight in zip(nested, scaled, strict=False):
+                child.set("probability", repr(weight))
+            if names:
+                definition.set("probabilities", " ".join(map(repr, scaled[len(nested) :])))
+        devices = [(name, on) for member in members for name, on in member.devices.items()]
+        drawn = zip((*ids, *names), scaled, members, strict=True)
+        apart = road and len({member.classes for member in members}) > 1
         return VehicleType(
-            any(member.road for member in members),
-            sum(w * member.space_m for w, member in zip(weights, members, strict=True)) / total,
+            road,
+            space_m,
+            Classes().union(*(member.classes for member in members)),
+            # Bicycles among cars drive as SUMO would let them: with ways of their own.
+            tuple(
+                (name, w / sum(scaled), replace(each, road=True, space_m=space_m))
+                for name, w, each in drawn
+                if apart and w
+            ),
+            scale=scale,
+            devices=dict(sorted(devices, key=lambda device: device[1])),
         )
 
 
@@ -160,11 +204,20 @@ def probabilities(entry: Entry, count: int) -> Sequence[float]:
 
 def _type(entry: Entry) -> VehicleType:
     kind = entry.get("vClass") or "passenger"
+    kind = OLD_NAMES.get(kind, kind)
     length_m = CLASS_LENGTH_M.get(kind, CLASS_LENGTH_M["passenger"])
     if entry.get("length") is not None:
         length_m = entry.number("length", least=0.1)
     gap_m = entry.number("minGap") if entry.get("minGap") is not None else GAP_M
-    return VehicleType(kind in CLASS_LENGTH_M, length_m + gap_m)
+    road = kind in CLASS_LENGTH_M
+    scale = entry.number("scale", most=MOST_SCALE) if entry.get("scale") is not None else 1.0
+    return VehicleType(
+        road,
+        length_m + gap_m,
+        ALL_CLASSES & {kind},
+        scale=scale,
+        devices=switches(entry.element),
+    )
 
 
 def _text(element: Element) -> str:

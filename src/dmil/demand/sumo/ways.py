@@ -11,6 +11,7 @@ from dmil.demand.routes import Way, router
 from dmil.demand.sumo.entry import Entry
 from dmil.demand.sumo.types import probabilities
 from dmil.network import RoadNetwork
+from dmil.network.permissions import Classes
 
 Choice = tuple[Way, ...]
 """Routes of link indices, each with the probability that a vehicle takes it."""
@@ -56,10 +57,10 @@ class Ways:
 
     def __init__(self, network: RoadNetwork) -> None:
         self._network = network
-        self._router = router(network)
         self._routes: dict[str, Choice | Unusable] = {}
         self._edges: dict[tuple[str, int], Choice | Unusable] = {}
-        self._trips: dict[tuple[str | None, ...], Choice | Unusable] = {}
+        self._trips: dict[tuple[Classes, *tuple[str | None, ...]], Choice | Unusable] = {}
+        self._gaps: dict[tuple[Classes, tuple[int, ...]], int | None] = {}
         self._out_of: defaultdict[str, list[int]] = defaultdict(list)
         self._into: defaultdict[str, list[int]] = defaultdict(list)
         for index, link in enumerate(network.links):
@@ -81,21 +82,34 @@ class Ways:
             )
         self._routes[name] = self._defined(entry)
 
-    def of(self, entry: Entry) -> Choice | Unusable:
-        """Return the ways of a vehicle, trip or flow.
+    def of(self, entry: Entry, classes: Classes) -> Choice | Unusable:
+        """Return the ways of a vehicle, trip or flow, if vehicles of its classes may take them.
 
         Raises
         ------
         DemandError
             If it names a route that is not defined before it, or none at all.
         """
+        choice = self._choice(entry, classes)
+        if isinstance(choice, Unusable):
+            return choice
+        for links, _ in choice:
+            key = classes, links
+            if key not in self._gaps:
+                self._gaps[key] = first_gap(self._network, links, classes)
+            gap = self._gaps[key]
+            if gap is not None:
+                return Unusable("no-way", self._network.links[links[gap]].id)
+        return choice
+
+    def _choice(self, entry: Entry, classes: Classes) -> Choice | Unusable:
         name = entry.get("route")
         if name is not None:
             return self._named(entry, name)
         for child in entry.element:
             if child.tag in ("route", "routeDistribution"):
                 return self._defined(Entry(entry.place, child))
-        return self._trip(entry)
+        return self._trip(entry, classes)
 
     def _named(self, entry: Entry, name: str) -> Choice | Unusable:
         if name not in self._routes:
@@ -144,30 +158,28 @@ class Ways:
         for edge in edges:
             if edge not in known:
                 return Unusable("unknown-road", edge)
-        links = tuple(known[edge] for edge in edges)
-        gap = first_gap(self._network, links)
-        return ((links, 1.0),) if gap is None else Unusable("no-way", edges[gap])
+        return ((tuple(known[edge] for edge in edges), 1.0),)
 
-    def _trip(self, entry: Entry) -> Choice | Unusable:
+    def _trip(self, entry: Entry, classes: Classes) -> Choice | Unusable:
         key = tuple(entry.get(name) for name in _ENDS)
         start, end = key[0] or key[2], key[1] or key[3]
         if start and end:
-            if key not in self._trips:
-                self._trips[key] = self._shortest(key)
-            return self._trips[key]
+            if (classes, *key) not in self._trips:
+                self._trips[classes, *key] = self._shortest(key, classes)
+            return self._trips[classes, *key]
         zones = ("Taz", "XY", "LonLat")
         if any(
             f"{side}{zone}" in entry.element.attrib for side in ("from", "to") for zone in zones
         ):
             return Unusable("zone", "")
-        if start and entry.element.find("stop") is not None:
-            return Unusable("stops-only", start)
+        if entry.element.find("stop") is not None:
+            return Unusable("stops-only", start or "")
         raise entry.error(
             "it has no route" if not (start or end) else f"it has no '{'to' if start else 'from'}'",
             expected="a route, or from and to",
         )
 
-    def _shortest(self, key: tuple[str | None, ...]) -> Choice | Unusable:
+    def _shortest(self, key: tuple[str | None, ...], classes: Classes) -> Choice | Unusable:
         """Return the fastest way of a trip at free flow, through its via edges."""
         start, end, start_node, end_node, via = key
         points: list[list[int]] = []
@@ -185,8 +197,9 @@ class Ways:
                 return Unusable("unknown-road", end_node)
             points.append(self._into[end_node])
         links: tuple[int, ...] = ()
+        ways = router(self._network, classes)
         for starts, ends in pairwise(points):
-            leg = self._router.first_between(links[-1:] or starts, ends)
+            leg = ways.first_between(links[-1:] or starts, ends)
             if not leg:
                 here = self._network.links[(links[-1:] or starts)[0]].id
                 return Unusable("no-way", here)

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from dmil.network.permissions import Classes, Permissions
+
 Point = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """A road of the file that vehicles may use; lanes for others are counted too (ours)."""
+    """A road of the file that vehicles may use; lanes for others are counted too (ours).
+
+    ``permitted`` are the classes of every lane.
+    """
 
     id: str
     start: str
@@ -18,6 +23,7 @@ class Edge:
     speed_m_per_s: float
     lanes: int
     shape: tuple[Point, ...]
+    permitted: tuple[Classes, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +42,8 @@ class Connection:
         Index into the controller's state strings.
     junction, row
         Where it is, and its row in that junction's matrix of right of way.
+    permitted
+        Classes that may take it: those that may use the lanes on both sides, too.
     """
 
     from_edge: str
@@ -46,15 +54,43 @@ class Connection:
     letter: int
     junction: str
     row: int
+    permitted: Classes
+
+
+@dataclass(frozen=True, slots=True)
+class Crossing:
+    """A crossing of pedestrians under a controller (ours).
+
+    Parameters
+    ----------
+    signal, letter
+        Controller, and index into its state strings.
+    junction, row
+        Where it is, and its row in that junction's matrix of right of way.
+    length_m
+        How far pedestrians walk.
+    """
+
+    signal: str
+    letter: int
+    junction: str
+    row: int
+    length_m: float
 
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """One ``<phase>`` (ours); ``after`` names the stages that may follow, empty: the next one."""
+    """One ``<phase>`` (ours).
+
+    ``after`` names the stages that may follow, empty: the next one. ``min_s`` and ``max_s`` are its
+    limits, None where the file gives none.
+    """
 
     duration_s: float
     state: str
     after: tuple[int, ...]
+    min_s: float | None = None
+    max_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +108,9 @@ class Logic:
     stages
         In the file's order.
     programs
-        Ids of all programs that the file has for it.
+        Ids of all programs that there are for it, the one in charge last.
+    switches
+        Later times at which a timetable (WAUT) switches to another program, and to which.
     """
 
     id: str
@@ -80,6 +118,7 @@ class Logic:
     offset_s: float
     stages: tuple[Stage, ...]
     programs: tuple[str, ...]
+    switches: tuple[tuple[float, str], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +131,8 @@ class NetFile:
         The file.
     edges
         Edge id to edge.
+    permissions
+        Who may use which lanes of them.
     position_m
         Junction id to its place.
     connections
@@ -100,12 +141,23 @@ class NetFile:
         The used program of every controller, in the file's order.
     foes, response
         (junction, row) to the rows that cross it, and to those that it gives way to.
+    foreign
+        Signals that connections name and that have no program, to the type of the junction of that
+        name: SUMO works out what they show, as at a rail crossing.
+    added_programs_xml
+        Programs and timetables of additional files, as XML elements without a root element.
+    crossings
+        Those of pedestrians that a controller stops.
     """
 
     path: str
     edges: dict[str, Edge]
+    permissions: Permissions
     position_m: dict[str, Point]
     connections: tuple[Connection, ...]
     logics: tuple[Logic, ...]
     foes: dict[tuple[str, int], frozenset[int]]
     response: dict[tuple[str, int], frozenset[int]]
+    foreign: dict[str, str]
+    added_programs_xml: str
+    crossings: tuple[Crossing, ...] = ()

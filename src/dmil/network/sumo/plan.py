@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from dmil.network.model import Program, Stage
+from dmil.network.program import Program, Stage
 from dmil.network.sumo.cliques import conflict_free_phases
 from dmil.network.sumo.net_records import Logic
-from dmil.network.sumo.ways import Pairs, Ways
+from dmil.network.sumo.signal_programs import OFF
+from dmil.network.sumo.ways import Pairs, Ways, letters_of
 
 NEMA, STATIC = "NEMA", "static"
-"""Type of programs whose stages run in parallel rings: no plan of one stage after the other."""
+NO_SEQUENCE = (NEMA, OFF)
+"""Types of programs that are no plan of one stage after the other: parallel rings, all off."""
 
 Links = tuple[tuple[int, ...], ...]
 
@@ -28,6 +30,8 @@ class Plan:
         Movements that may always go.
     program
         The file's program, None where it is no sequence of stages or has no green.
+    own_control
+        SUMO's type of a control that is no sequence of stages, else empty.
     clearance_s
         Longest run of stages between two actions.
     added
@@ -41,6 +45,7 @@ class Plan:
     unsignalled: frozenset[int]
     program: Program | None
     clearance_s: float
+    own_control: str = ""
     added: frozenset[int] = frozenset()
     derived: bool = False
 
@@ -88,16 +93,15 @@ def plan_of(logic: Logic, ways: Ways, links: Links, conflicts: Pairs, *, derive:
     ways
         Its movements.
     links
-        For every movement its indices into the state strings.
+        For every movement its indices into the state strings, of the lanes that vehicles use.
     conflicts
         Pairs of movements that cross.
     derive
         Whether to leave the program's stages aside.
     """
+    every = letters_of(ways.connections, logic.id)
     open_ = frozenset(
-        j
-        for j, group in enumerate(ways.connections)
-        if any(way.signal != logic.id for way in group)
+        j for j, group in enumerate(ways.driven) if any(way.signal != logic.id for way in group)
     )
     states = [stage.state for stage in logic.stages]
     actions = [s for s in states if is_action(s, links) and going(s, links, "Gg") - open_]
@@ -108,7 +112,7 @@ def plan_of(logic: Logic, ways: Ways, links: Links, conflicts: Pairs, *, derive:
         return going(state, links, "Gg") | (going(state, links, "soO") - green)
 
     if derive or not actions or logic.kind == NEMA:
-        phases, strings, unsignalled = _derived(logic, ways, links, conflicts, open_)
+        phases, strings, unsignalled = _derived(logic, ways, every, conflicts, open_)
         added: frozenset[int] = frozenset()
         derived = True
     else:
@@ -120,26 +124,45 @@ def plan_of(logic: Logic, ways: Ways, links: Links, conflicts: Pairs, *, derive:
         unsignalled = open_ | always if free else open_
         first: dict[frozenset[int], str] = {}
         for state in actions:
-            first.setdefault(served(state) - unsignalled, state)
+            shown = first.setdefault(served(state) - unsignalled, state)
+            if _with_more_others(state, shown, links):
+                first[served(state) - unsignalled] = state
         added = frozenset(range(len(links))) - unsignalled - frozenset().union(*first)
         for phase in _without_conflict(ways, conflicts, unsignalled, need=added):
-            first[phase] = _state(phase, links, actions[0].replace("G", "g"), keep=unsignalled)
+            shown = actions[0].replace("G", "g")
+            first[phase] = _state(phase, every, shown, keep=unsignalled)
         phases, strings, derived = tuple(first), tuple(first.values()), False
     stages = tuple(
-        Stage(stage.duration_s, served(stage.state) - unsignalled, stage.state not in actions)
+        Stage(
+            stage.duration_s,
+            served(stage.state) - unsignalled,
+            stage.state not in actions,
+            yellow=going(stage.state, links, "y"),
+            others=others_go(stage.state, links),
+            min_s=stage.min_s,
+            max_s=stage.max_s,
+        )
         for stage in logic.stages
         if stage.duration_s > 0
     )
-    usable = logic.kind != NEMA and any(stage.green for stage in stages)
+    usable = logic.kind not in NO_SEQUENCE and any(stage.green for stage in stages)
     return Plan(
         phases,
         strings,
         unsignalled,
         Program(stages, logic.offset_s, logic.kind != STATIC) if usable else None,
         _clearance_s(logic, links) if len(phases) > 1 else 0.0,
+        logic.kind if logic.kind in NO_SEQUENCE else "",
         added,
         derived,
     )
+
+
+def _with_more_others(state: str, shown: str, links: Links) -> bool:
+    """Whether two states are the same for vehicles, and more pedestrians go in the first."""
+    mine = {k for own in links for k in own}
+    alike = all(state[k] == shown[k] for k in mine)
+    return alike and sum(map(state.count, "Gg")) > sum(map(shown.count, "Gg"))
 
 
 def _derived(

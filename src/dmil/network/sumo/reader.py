@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
@@ -13,17 +13,29 @@ from dmil.errors import InputError, NetworkError
 from dmil.network.checks import check_network
 from dmil.network.model import Intersection, Junction, Link, RoadNetwork
 from dmil.network.naming import phase_name
+from dmil.network.permissions import (
+    ClassCounts,
+    driven,
+    makes_no_difference,
+)
 from dmil.network.sumo.net_file import read_net_file
 from dmil.network.sumo.net_records import Connection, Logic, NetFile, Point
 from dmil.network.sumo.plan import plan_of
 from dmil.network.sumo.records import Remark, SumoNetwork, SumoSignals
 from dmil.network.sumo.suspicions import remarks_on
-from dmil.network.sumo.ways import crossing, gives_way, ways_at
+from dmil.network.sumo.walks import crossings_of, walk_of
+from dmil.network.sumo.ways import crossing, gives_way, letters_of, ways_at
 
 Phases = Literal["program", "derived"]
 
 
-def read_sumo_network(path: str | Path, *, phases: Phases = "program") -> SumoNetwork:
+def read_sumo_network(
+    path: str | Path,
+    *,
+    phases: Phases = "program",
+    additional: Sequence[str | Path] = (),
+    begin_s: float = 0.0,
+) -> SumoNetwork:
     """Read a SUMO network (ours).
 
     Edges that no motor vehicle may use are left out. All junctions under one controller are one
@@ -38,6 +50,11 @@ def read_sumo_network(path: str | Path, *, phases: Phases = "program") -> SumoNe
         ``"program"``: an intersection's phases are the stages of its own program in which vehicles
         have green and none has yellow. ``"derived"``: they are chosen from the sets of movements
         that do not cross, at most 16.
+    additional
+        Files with further signal programs: as in SUMO the one that is loaded last is the
+        intersection's own, or the one that a timetable (WAUT) names for the beginning.
+    begin_s
+        SUMO's time at which a run begins.
 
     Raises
     ------
@@ -48,23 +65,51 @@ def read_sumo_network(path: str | Path, *, phases: Phases = "program") -> SumoNe
 
     Notes
     -----
-    A link has SUMO's number of lanes and their indices, those for pedestrians and bicycles too;
-    only movements tell which ones vehicles use. Where a program leaves a movement without green,
-    phases are added for it, so that a controller can serve it. What is suspicious is in
-    ``remarks``.
+    A signal without a program is SUMO's, such as a rail crossing: its nodes become junctions.
+    A link has SUMO's number of lanes and their indices; those that no motor vehicle may use, such
+    as footways and cycle lanes, are closed. Who may use the others is in the network's
+    ``permissions``; once it is known who drives, `driven_by` closes more. Where a program leaves a
+    movement without green, phases are added for it, so that a controller can serve it. What is
+    suspicious is in ``remarks``.
     """
     if phases not in ("program", "derived"):
         raise InputError(
             f"phases is {phases!r}", expected='"program" or "derived"', where=str(path)
         )
-    file = read_net_file(path)
+    file = read_net_file(path, additional=additional, begin_s=begin_s)
+    return _read(file, None, derive=phases == "derived")
+
+
+def driven_by(roads: SumoNetwork, vehicles: ClassCounts) -> SumoNetwork:
+    """Return a network with only those lanes open that its vehicles drive in (ours).
+
+    A lane counts where at least a third may use it of the vehicles that may go there at all, see
+    `dmil.network.permissions.driven`: so a bus lane is no second lane for cars, and green for its
+    own signal is no green for them. Links, movements and their order stay as they are.
+
+    Parameters
+    ----------
+    roads
+        From `read_sumo_network`.
+    vehicles
+        How many there are of which classes.
+    """
+    file = roads.file
+    lanes = (each for edge in file.edges.values() for each in edge.permitted)
+    if makes_no_difference((*lanes, *(way.permitted for way in file.connections)), vehicles):
+        return roads
+    return _read(file, vehicles, derive=roads.derived)
+
+
+def _read(file: NetFile, vehicles: ClassCounts | None, *, derive: bool) -> SumoNetwork:
+    path = file.path
     nodes = _Nodes(file)
     remarks = list(nodes.remarks)
     intersections: list[Intersection] = []
     signals: list[SumoSignals] = []
     for logic in nodes.logics:
         intersection, shown, found = _intersection(
-            logic, nodes.connections[logic.id], file, derive=phases == "derived"
+            logic, nodes.connections[logic.id], file, vehicles, derive=derive
         )
         intersections.append(intersection)
         signals.append(shown)
@@ -72,7 +117,7 @@ def read_sumo_network(path: str | Path, *, phases: Phases = "program") -> SumoNe
     if not intersections:
         raise NetworkError(
             "no traffic light controls vehicles",
-            where=str(path),
+            where=path,
             expected="at least one signal",
             mend="let SUMO guess them (netconvert -s FILE --tls.guess -o NEW_FILE), or name "
             "another file",
@@ -88,6 +133,7 @@ def read_sumo_network(path: str | Path, *, phases: Phases = "program") -> SumoNe
                 edge.length_m,
                 edge.speed_m_per_s,
                 edge.lanes,
+                frozenset(range(edge.lanes)) - frozenset(driven(edge.permitted, vehicles)),
             )
             for edge in file.edges.values()
         ),
@@ -95,23 +141,35 @@ def read_sumo_network(path: str | Path, *, phases: Phases = "program") -> SumoNe
         fringe=tuple(node for node in nodes.position_m if node not in nodes.connections),
         position_m=nodes.position_m,
         junctions=tuple(
-            Junction(node, ways_at(connections, file.edges).movements)
+            _junction(node, connections, file, vehicles)
             for node, connections in nodes.connections.items()
             if node not in controlled
         ),
+        permissions=file.permissions,
     )
-    check_network(network, where=str(path))
-    return SumoNetwork(Path(path), network, tuple(signals), tuple(remarks))
+    check_network(network, where=path)
+    return SumoNetwork(Path(path), network, tuple(signals), tuple(remarks), file, derive)
+
+
+def _junction(
+    node: str, connections: list[Connection], file: NetFile, vehicles: ClassCounts | None
+) -> Junction:
+    ways = ways_at(connections, file.edges, vehicles)
+    foes = gives_way(ways, file, "", ("",))
+    return Junction(node, ways.movements, foes if any(foes) else ())
 
 
 def _intersection(
-    logic: Logic, connections: list[Connection], file: NetFile, *, derive: bool
+    logic: Logic,
+    connections: list[Connection],
+    file: NetFile,
+    vehicles: ClassCounts | None,
+    *,
+    derive: bool,
 ) -> tuple[Intersection, SumoSignals, list[Remark]]:
-    ways = ways_at(connections, file.edges)
-    links = tuple(
-        tuple(sorted({way.letter for way in group if way.signal == logic.id}))
-        for group in ways.connections
-    )
+    ways = ways_at(connections, file.edges, vehicles)
+    links = letters_of(ways.driven, logic.id)
+    crossings = crossings_of(logic.id, file)
     conflicts, complete = crossing(ways, file)
     plan = plan_of(logic, ways, links, conflicts, derive=derive)
     remarks = list(remarks_on(logic, ways, links, plan, file))
@@ -131,14 +189,17 @@ def _intersection(
         phases=plan.phases,
         unsignalled=plan.unsignalled,
         program=plan.program,
+        own_control=plan.own_control,
         phase_names=tuple(phase_name(phase, ways.movements, ways.sides) for phase in plan.phases),
         clearance_s=plan.clearance_s,
         gives_way=gives_way(
             ways, file, logic.id, (*plan.states, *(stage.state for stage in logic.stages))
         ),
         conflicts=conflicts,
+        walks=tuple(walk_of(each, logic, plan, links, file) for each in crossings),
     )
-    return intersection, SumoSignals(logic.id, plan.states, links), remarks
+    letters = tuple(each.letter for each in crossings)
+    return intersection, SumoSignals(logic.id, plan.states, links, letters), remarks
 
 
 @dataclass(slots=True, init=False)
@@ -166,7 +227,16 @@ class _Nodes:
     remarks: list[Remark]
 
     def __init__(self, file: NetFile) -> None:
-        self.remarks = []
+        self.remarks = [
+            Remark(
+                "signal-of-sumo",
+                f"{file.path}: tlLogic {name}",
+                f"it has no program ({kind or 'no junction of its name'}); SUMO works out what it "
+                "shows, and here its nodes are junctions without signals",
+                "nothing, if it is for trains; otherwise give it a program with netconvert",
+            )
+            for name, kind in file.foreign.items()
+        ]
         owner = self._owners(file)
         self.logics = tuple(logic for logic in file.logics if logic.id in owner.values())
         names = {logic.id for logic in self.logics}

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
 from dmil.network.model import RoadNetwork
+from dmil.network.sumo.net_records import NetFile
 
 RemarkKind = Literal[
     "no-vehicles",
@@ -21,6 +22,9 @@ RemarkKind = Literal[
     "conflicting-greens",
     "stage-order",
     "no-right-of-way",
+    "own-control",
+    "signal-of-sumo",
+    "program-switches",
 ]
 
 
@@ -46,6 +50,9 @@ class Remark:
         - ``missing-yellow``: a green turns red at once.
         - ``conflicting-greens``: two lanes that cross or merge have the right of way at once.
         - ``stage-order``: stages that do not follow each other in the file's order.
+        - ``own-control``: a control that only SUMO can run, such as NEMA rings.
+        - ``signal-of-sumo``: a signal without a program, such as a rail crossing; SUMO runs it.
+        - ``program-switches``: a timetable switches between programs during the day.
         - ``no-right-of-way``: the junction's matrix of right of way is missing; roads are taken to
           conflict with each other.
     where
@@ -73,12 +80,16 @@ class SumoSignals:
     states
         SUMO's state string of every phase, with the letters of the file.
     links
-        For every movement its indices into these strings; none if no signal controls it.
+        For every movement its indices into these strings, of the lanes that vehicles use; none if
+        no signal controls it.
+    crossings
+        For every crossing of pedestrians its index into these strings.
     """
 
     id: str
     states: tuple[str, ...]
     links: tuple[tuple[int, ...], ...]
+    crossings: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,9 +106,20 @@ class SumoNetwork:
         One per intersection, in their order.
     remarks
         What is suspicious about the file, in the order of its signals.
+    file
+        What it was made from.
+    derived
+        Whether the phases are derived from conflicts.
     """
 
     path: Path
     network: RoadNetwork
     signals: tuple[SumoSignals, ...]
-    remarks: tuple[Remark, ...] = ()
+    remarks: tuple[Remark, ...]
+    file: NetFile = field(repr=False)
+    derived: bool = False
+
+    @property
+    def added_programs_xml(self) -> str:
+        """Programs and timetables of additional files, as XML elements without a root element."""
+        return self.file.added_programs_xml

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dmil.network.model import Intersection, Stage
+from dmil.network.model import Intersection
+from dmil.network.program import Stage
 from dmil.network.sumo.records import SumoSignals
 
 GREEN_S, YELLOW_S = 20.0, 3.0

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations
 
+from dmil.network.sumo.conflicts import clashing, foes_of
 from dmil.network.sumo.net_records import Logic, NetFile
-from dmil.network.sumo.plan import NEMA, Links, Plan, going, is_action, others_go
+from dmil.network.sumo.plan import NO_SEQUENCE, Links, Plan, going, is_action, others_go
 from dmil.network.sumo.records import Remark
 from dmil.network.sumo.ways import Ways
 
@@ -37,17 +37,27 @@ def remarks_on(
         yield Remark(
             "several-programs",
             place,
-            f"it has the programs {', '.join(logic.programs)}; the last one is used, as in SUMO",
-            "remove the others, or put the one you want last",
+            f"it has the programs {', '.join(logic.programs)}; {logic.programs[-1]} is used, as in "
+            "SUMO",
+            "remove the others, or load the one you want last",
         )
-    rings = logic.kind == NEMA
-    if rings:
+    if logic.switches:
+        times = ", ".join(f"{to} from {when_s:g} s" for when_s, to in logic.switches)
         yield Remark(
-            "stage-order",
+            "program-switches",
             place,
-            "its stages run in parallel rings (NEMA), so it has no plan of one stage after the "
-            "other; its phases are derived from the conflicts between its movements",
-            "give it a static program, if its plan is wanted",
+            f"a timetable (WAUT) switches its program: {logic.programs[-1]} at the beginning, "
+            f"{times}",
+            "compare in SUMO, or within the time of one program",
+        )
+    sequence = logic.kind not in NO_SEQUENCE
+    if not sequence:
+        yield Remark(
+            "own-control",
+            place,
+            f"its own control ({logic.kind}) is no plan of one stage after the other, and only "
+            "SUMO can run it" + ("; its phases are derived from conflicts" if plan.derived else ""),
+            "compare with it in SUMO, or give it a static program",
         )
     elif not any(is_action(stage.state, links) for stage in logic.stages):
         yield Remark(
@@ -73,7 +83,7 @@ def remarks_on(
             f"{movement.to_link}; a phase was added for it, but in its own program nobody can go",
             "give it green in a stage without yellow, or remove the connection",
         )
-    if not rings:
+    if sequence:
         yield from _on_stages(logic, links, place)
     yield from _on_greens(logic, ways, file, place)
 
@@ -119,21 +129,9 @@ def _on_stages(logic: Logic, links: Links, place: str) -> Iterator[Remark]:
 
 
 def _on_greens(logic: Logic, ways: Ways, file: NetFile, place: str) -> Iterator[Remark]:
-    rows = {
-        (way.junction, way.row): way
-        for group in ways.connections
-        for way in group
-        if way.signal == logic.id
-    }
-    pairs = [
-        (one, other)
-        for (key, one), (key_, other) in combinations(rows.items(), 2)
-        if key[0] == key_[0] and key_[1] in file.foes.get(key, ())
-    ]
+    pairs = foes_of(logic.id, file, (way for group in ways.connections for way in group))
     for state in dict.fromkeys(stage.state for stage in logic.stages):
-        clash = [
-            (one, other) for one, other in pairs if state[one.letter] == state[other.letter] == "G"
-        ]
+        clash = clashing(state, pairs)
         if clash:
             one, other = clash[0]
             more = f", and {len(clash) - 1} more pairs" if len(clash) > 1 else ""

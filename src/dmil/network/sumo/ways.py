@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from dmil.network.model import TURNS, Movement, Turn
 from dmil.network.naming import approach_names, order_counter_clockwise
+from dmil.network.permissions import ClassCounts, driven
 from dmil.network.sumo.net_records import Connection, Edge, NetFile, Point
 
 _TURN: dict[str, Turn] = {
@@ -24,6 +25,7 @@ _LOOK_M = 20.0
 """How far along a road its direction is taken: the last metres of a real one may be crooked."""
 
 Pairs = frozenset[tuple[int, int]]
+Groups = tuple[tuple[Connection, ...], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,16 +38,23 @@ class Ways:
         In an intersection's order.
     connections
         For every movement the connections of lanes that it consists of.
+    driven
+        Those of them that the vehicles use.
     sides
         Name of every approach.
     """
 
     movements: tuple[Movement, ...]
-    connections: tuple[tuple[Connection, ...], ...]
+    connections: Groups
+    driven: Groups
     sides: tuple[str, ...]
 
 
-def ways_at(connections: Iterable[Connection], edges: dict[str, Edge]) -> Ways:
+def ways_at(
+    connections: Iterable[Connection],
+    edges: dict[str, Edge],
+    vehicles: ClassCounts | None = None,
+) -> Ways:
     """Put the connections at a node together to movements and order them (ours).
 
     Parameters
@@ -54,6 +63,8 @@ def ways_at(connections: Iterable[Connection], edges: dict[str, Edge]) -> Ways:
         Those at the node's junctions.
     edges
         All edges by id.
+    vehicles
+        Who drives, which decides in which lanes; None where that is not known.
     """
     joined: dict[tuple[str, str], list[Connection]] = {}
     for way in connections:
@@ -69,18 +80,38 @@ def ways_at(connections: Iterable[Connection], edges: dict[str, Edge]) -> Ways:
         return number[pair[0]], TURNS.index(turn[pair]), round(towards, 9), pair[1]
 
     order = sorted(joined, key=place)
+    used = {
+        pair: tuple(ways[k] for k in driven([way.permitted for way in ways], vehicles))
+        for pair, ways in joined.items()
+    }
     return Ways(
         tuple(
             Movement(
                 *pair,
                 turn[pair],
                 number[pair[0]],
-                tuple(sorted({way.lane for way in joined[pair]})),
+                tuple(sorted({way.lane for way in used[pair]})),
             )
             for pair in order
         ),
         tuple(tuple(joined[pair]) for pair in order),
+        tuple(used[pair] for pair in order),
         approach_names([origin[name] for name in approaches]),
+    )
+
+
+def letters_of(groups: Groups, signal: str) -> tuple[tuple[int, ...], ...]:
+    """Return for every movement its indices into the state strings of a controller (ours).
+
+    Parameters
+    ----------
+    groups
+        Connections of every movement.
+    signal
+        The controller.
+    """
+    return tuple(
+        tuple(sorted({way.letter for way in group if way.signal == signal})) for group in groups
     )
 
 
@@ -97,7 +128,7 @@ def crossing(ways: Ways, file: NetFile) -> tuple[Pairs, bool]:
     complete = all(
         (way.junction, way.row) in file.foes for group in ways.connections for way in group
     )
-    found = {(min(pair), max(pair)) for pair in _related(ways, file.foes)}
+    found = {(min(pair), max(pair)) for pair in _related(ways.connections, file.foes)}
     if not complete:
         found |= {
             (i, j)
@@ -114,7 +145,8 @@ def gives_way(
     """Find to whom every movement yields, from the junctions' ``response`` (ours).
 
     As in SUMO, who has ``G`` yields to nobody; who has ``g``, a letter for a turn on red, or no
-    signal yields to those that the matrix names, if they may go at the same time.
+    signal yields to those that the matrix names, if they may go at the same time. Lanes that the
+    vehicles do not use count for nothing.
 
     Parameters
     ----------
@@ -123,7 +155,7 @@ def gives_way(
     file
         The file.
     signal
-        The controller.
+        The controller; empty at a junction without.
     states
         All states that it can show.
 
@@ -131,11 +163,12 @@ def gives_way(
     -------
     tuple of tuple
         For every movement the others. Nobody yields in a circle: where the matrix has one, only
-        those who yield to more others yield to those who yield to fewer.
+        those who yield to more others yield to those who yield to fewer; without a controller
+        two may yield to each other, which take turns.
     """
     shown = {
-        (way.junction, way.row): way.letter if way.signal == signal else None
-        for group in ways.connections
+        (way.junction, way.row): way.letter if way.signal and way.signal == signal else None
+        for group in ways.driven
         for way in group
     }
     response: dict[tuple[str, int], frozenset[int]] = {}
@@ -147,11 +180,19 @@ def gives_way(
                 now = {k for k in others if letters[row[0], k] in "GgsoO-"}
                 response[row] = response.get(row, frozenset()) | now
     yields: list[set[int]] = [set() for _ in ways.movements]
-    for i, j in _related(ways, response):
+    for i, j in _related(ways.driven, response):
         yields[i].add(j)
     reaches = [_reached(i, yields) for i in range(len(yields))]
     return tuple(
-        tuple(sorted(k for k in foes if i not in reaches[k] or len(foes) > len(yields[k])))
+        tuple(
+            sorted(
+                k
+                for k in foes
+                if (not signal and i in yields[k])
+                or i not in reaches[k]
+                or len(foes) > len(yields[k])
+            )
+        )
         for i, foes in enumerate(yields)
     )
 
@@ -166,11 +207,9 @@ def _reached(start: int, yields: list[set[int]]) -> set[int]:
     return found
 
 
-def _related(ways: Ways, matrix: dict[tuple[str, int], frozenset[int]]) -> set[tuple[int, int]]:
+def _related(groups: Groups, matrix: dict[tuple[str, int], frozenset[int]]) -> set[tuple[int, int]]:
     movement_of = {
-        (way.junction, way.row): index
-        for index, group in enumerate(ways.connections)
-        for way in group
+        (way.junction, way.row): index for index, group in enumerate(groups) for way in group
     }
     found = {
         (index, movement_of.get((junction, other), index))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dmil.compilation import inlined_kernel, kernel
+from dmil.simulation.queue.counts import count_approaching, count_queued, count_standing
+from dmil.simulation.queue.right_of_way import look_ahead, must_yield
 from dmil.simulation.queue.state import (
     ARRIVED,
     NEXT_VEHICLE,
@@ -66,7 +68,7 @@ def advance(
     wake_s, due_front = state.wake_s, state.due_front
     depart_s, arrived_at, queued_at = trips.depart_s, state.arrived_at, state.queued_at
     begin_s, end_s = counters[TIME], counters[TIME] + steps
-    _count_queued(state, steps)
+    count_queued(state, steps)
     switch_s = begin_s
     for time_s in range(begin_s, end_s):
         if switch_s <= time_s:
@@ -81,6 +83,8 @@ def advance(
             _enter_where_room(layout, trips, state, time_s, end_s)
         if due_front[time_s % due_front.shape[0]] != NOBODY:
             _reach_leg_ends(layout, trips, state, time_s, end_s)
+        if state.soonest_s.shape[0] > 0:
+            look_ahead(layout, trips, state, time_s)
         for lane in range(wake_s.shape[0]):
             if wake_s[lane] <= time_s:
                 _discharge(layout, trips, state, lane, time_s, end_s)
@@ -90,8 +94,8 @@ def advance(
         arrived_at[time_s] = counters[ARRIVED]
         queued_at[time_s] = waiting_veh
     counters[TIME] = end_s
-    _count_standing(layout, trips, state, rules.startup_lost_s)
-    _count_approaching(trips, state, rules.decision_interval_s)
+    count_standing(layout, trips, state, rules.startup_lost_s)
+    count_approaching(trips, state, rules.decision_interval_s)
 
 
 @kernel
@@ -114,68 +118,6 @@ def _wake_lane(trips: Trips, state: State, lane: int) -> None:
     orientations = state.queue_veh.shape[1]
     go_from_s = state.go_from_s[slot // orientations, slot % orientations]
     state.wake_s[lane] = max(go_from_s, int(state.ready_s[lane]))
-
-
-@kernel
-def _count_queued(state: State, steps: int) -> None:
-    """Count every queued vehicle's steps up to the next decision; who leaves takes his off."""
-    queue_veh, waiting_steps = state.queue_veh, state.waiting_steps
-    for i in range(queue_veh.shape[0]):
-        for j in range(queue_veh.shape[1]):
-            waiting_steps[i, j] = queue_veh[i, j] * steps
-
-
-@kernel
-def _count_approaching(trips: Trips, state: State, within_s: int) -> None:
-    """Count the vehicles that reach the end of their leg soon, per slot (specification, §2)."""
-    counts = state.approaching_veh
-    counts[:] = 0
-    orientations = counts.shape[1]
-    calendar = state.due_front.shape[0]
-    time_s = state.counters[TIME]
-    for ahead_s in range(min(within_s, calendar)):
-        vehicle = state.due_front[(time_s + ahead_s) % calendar]
-        while vehicle != NOBODY:
-            if state.visit[vehicle] < trips.slot_offset[vehicle + 1]:
-                slot = trips.slots[state.visit[vehicle]]
-                counts[slot // orientations, slot % orientations] += 1
-            vehicle = state.behind[vehicle]
-
-
-@kernel
-def _count_standing(layout: Layout, trips: Trips, state: State, startup_lost_s: int) -> None:
-    """Count the queued vehicles that a start wave has not reached yet, per slot (ours).
-
-    Behind a stop line vehicle after vehicle begins to move from the beginning of green on, sooner
-    than they cross it one headway after the other: those between are queued but do not stand.
-    Nobody moves behind a vehicle that has green and does not go.
-    """
-    standing_veh, wave_veh_per_s = state.standing_veh, layout.start_wave_veh_per_s[0]
-    for i in range(standing_veh.shape[0]):
-        for j in range(standing_veh.shape[1]):
-            standing_veh[i, j] = state.queue_veh[i, j]
-    if wave_veh_per_s == 0:
-        return
-    orientations, time_s = standing_veh.shape[1], state.counters[TIME]
-    for lane in range(state.front.shape[0]):
-        vehicle = state.front[lane]
-        if vehicle == NOBODY or state.ready_s[lane] < time_s - 1e-9:
-            continue
-        slot = trips.slots[state.visit[vehicle]]
-        go_from_s = state.go_from_s[slot // orientations, slot % orientations]
-        if go_from_s >= time_s:
-            continue
-        since_go_s = float(time_s - go_from_s)
-        reached_veh = wave_veh_per_s * (since_go_s + startup_lost_s)
-        moving_veh = int(reached_veh - since_go_s / layout.headway_s[slot] + 1e-9)
-        while moving_veh > 0 and vehicle != NOBODY:
-            slot = trips.slots[state.visit[vehicle]]
-            i, j = slot // orientations, slot % orientations
-            if state.go_from_s[i, j] >= time_s:
-                break
-            standing_veh[i, j] -= 1
-            moving_veh -= 1
-            vehicle = state.behind[vehicle]
 
 
 @inlined_kernel
@@ -253,7 +195,7 @@ def _reach_leg_ends(layout: Layout, trips: Trips, state: State, time_s: int, end
 def _reach_leg_end(
     layout: Layout, trips: Trips, state: State, vehicle: int, time_s: int, end_s: int
 ) -> None:
-    """Join the shortest lane at the stop line, or arrive if the leg was the journey's last."""
+    """Join the shortest of its lanes at the stop line, or arrive if the leg was the last."""
     visit = state.visit[vehicle]
     if visit == trips.slot_offset[vehicle + 1]:
         state.occupancy_veh[trips.leg_link[visit + vehicle]] -= 1
@@ -261,8 +203,9 @@ def _reach_leg_end(
         state.counters[ARRIVED] += 1
         return
     slot = trips.slots[visit]
-    lane = layout.lanes[layout.lane_offset[slot]]
-    for place in range(layout.lane_offset[slot] + 1, layout.lane_offset[slot + 1]):
+    row = trips.lane_row[visit]
+    lane = layout.lanes[layout.lane_offset[row]]
+    for place in range(layout.lane_offset[row] + 1, layout.lane_offset[row + 1]):
         if state.lane_veh[layout.lanes[place]] < state.lane_veh[lane]:
             lane = layout.lanes[place]
     _append(state.front, state.back, state.behind, lane, vehicle)
@@ -275,7 +218,7 @@ def _reach_leg_end(
     state.waiting_steps[i, j] += end_s - time_s
     state.counters[WAITING] += 1
     state.joined_s[vehicle] = time_s
-    state.counters[VISITS] += 1
+    state.counters[VISITS] += slot < layout.slot_link.shape[0] - state.soonest_s.shape[0]
 
 
 @inlined_kernel
@@ -293,8 +236,8 @@ def _discharge(
         vehicle = state.front[lane]
         slot = trips.slots[state.visit[vehicle]]
         i, j = slot // orientations, slot % orientations
-        if state.go_from_s[i, j] > time_s or _must_yield(
-            layout, state, vehicle, lane, slot, time_s
+        if state.go_from_s[i, j] > time_s or must_yield(
+            layout, trips, state, vehicle, lane, slot, time_s
         ):
             break
         link = trips.leg_link[state.visit[vehicle] + 1 + vehicle]
@@ -309,26 +252,8 @@ def _discharge(
         state.occupancy_veh[layout.slot_link[slot]] -= 1
         state.waited_s[vehicle] += time_s - state.joined_s[vehicle]
         state.visit[vehicle] += 1
+        if slot >= layout.slot_link.shape[0] - state.went_s.shape[0]:
+            state.went_s[slot - layout.slot_link.shape[0] + state.went_s.shape[0]] = time_s
         state.ready_s[lane] = max(state.ready_s[lane], float(time_s)) + layout.headway_s[slot]
         _begin_leg(layout, trips, state, vehicle, time_s, end_s)
     _wake_lane(trips, state, lane)
-
-
-@inlined_kernel
-def _must_yield(
-    layout: Layout, state: State, vehicle: int, lane: int, slot: int, time_s: int
-) -> bool:
-    """Tell whether a queue that has green goes first; nobody waits for a gap for ever."""
-    first, last = layout.yield_offset[slot], layout.yield_offset[slot + 1]
-    if first == last:
-        return False
-    ahead_since_s = max(state.ready_s[lane], float(state.joined_s[vehicle]))
-    if ahead_since_s + layout.gap_wait_s[0] <= time_s:
-        return False
-    orientations = state.queue_veh.shape[1]
-    for place in range(first, last):
-        foe = layout.yields[place]
-        i, j = foe // orientations, foe % orientations
-        if state.queue_veh[i, j] > 0 and state.go_from_s[i, j] <= time_s:
-            return True
-    return False

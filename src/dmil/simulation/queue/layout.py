@@ -9,8 +9,10 @@ import numpy.typing as npt
 
 from dmil.demand import Vehicles
 from dmil.errors import DemandError
-from dmil.network import RoadNetwork
+from dmil.network import Intersection, Junction, Movement, RoadNetwork
+from dmil.network.permissions import Classes
 from dmil.scenarios import Scenario
+from dmil.simulation.queue.gaps import IN_TURN_S, gap_of, in_turn, junctions_that_hold
 from dmil.simulation.queue.state import IntArray, Layout, Trips
 from dmil.simulation.timing import programs_of, signals_of
 
@@ -22,20 +24,46 @@ def build_layout(scenario: Scenario) -> Layout:
     network, dynamics = scenario.network, scenario.dynamics
     intersections = network.intersections
     orientations = max(len(item.movements) for item in intersections)
-    size = len(intersections) * orientations
+    places, held = _places(scenario), _held(scenario)
+    # Movements at junctions fill further rows of tables that have one for each intersection.
+    size = -(-(places[-1][0] + 1) // orientations) * orientations
     slot_link = np.full(size, -1, np.int32)
     lane_number: dict[tuple[str, int], int] = {}
     lanes: list[list[int]] = [[] for _ in range(size)]
+
+    def number(link: str, served: tuple[int, ...]) -> list[int]:
+        return [lane_number.setdefault((link, lane), len(lane_number)) for lane in served]
+
     yields: list[list[int]] = [[] for _ in range(size)]
-    for i, item in enumerate(intersections):
-        first = i * orientations
-        for j, movement in enumerate(item.movements):
-            slot_link[first + j] = network.link_index[movement.from_link]
-            for lane in movement.lanes:
-                number = lane_number.setdefault((movement.from_link, lane), len(lane_number))
-                lanes[first + j].append(number)
-        for j, foes in enumerate(item.gives_way):
-            yields[first + j] = [first + foe for foe in foes]
+    turns: list[bool] = []
+    after_s: list[float] = []
+    headway_s, gap_s = np.full(size, 1 / dynamics.saturation_flow_veh_per_s), np.zeros(size)
+    # Who comes from a stop nearby is seen no earlier than there.
+    stops = network.intersection_index.keys() | {junction.id for junction in held}
+    seen_s = [
+        max(1.0, float(np.round(time_s))) if link.start in stops else np.inf
+        for link, time_s in zip(network.links, link_times_s(scenario), strict=True)
+    ]
+    for slot, node, j in places:
+        movement = node.movements[j]
+        slot_link[slot] = network.link_index[movement.from_link]
+        lanes[slot] = number(movement.from_link, _served(network, node, movement, movement.lanes))
+        foes = node.gives_way[j] if node.gives_way else ()
+        yields[slot] = [slot - j + foe for foe in foes]
+        if isinstance(node, Junction) and foes:
+            gap_s[slot], follow_s = gap_of(node, j)
+            headway_s[slot] = max(headway_s[slot], follow_s)
+            turns += [in_turn(node, j, foe) for foe in foes]
+            from_links = (network.link_index[node.movements[foe].from_link] for foe in foes)
+            after_s += [
+                IN_TURN_S[0] if in_turn(node, j, foe) else max(0.0, gap_s[slot] - seen_s[link])
+                for foe, link in zip(foes, from_links, strict=True)
+            ]
+        else:
+            turns += [False] * len(foes)
+            after_s += [0.0] * len(foes)
+    for slot, _, served in _other_lanes(scenario):
+        lanes.append(number(network.links[slot_link[slot]].id, served))
     lane_offset, all_lanes = _ragged(lanes)
     yield_offset, all_yields = _ragged(yields)
     start_s = scenario.sumo.begin_s if scenario.sumo else 0
@@ -47,11 +75,44 @@ def build_layout(scenario: Scenario) -> Layout:
         lanes=all_lanes,
         yield_offset=yield_offset,
         yields=all_yields,
-        headway_s=np.full(size, 1 / dynamics.saturation_flow_veh_per_s),
+        turns=np.array(turns, np.bool_),
+        after_s=np.array(after_s, np.float64),
+        headway_s=headway_s,
+        gap_s=gap_s,
         capacity_veh=_capacity(scenario),
         gap_wait_s=np.array([dynamics.gap_wait_s], np.int32),
         start_wave_veh_per_s=np.array([dynamics.start_wave_veh_per_s]),
     )
+
+
+def _held(scenario: Scenario) -> tuple[Junction, ...]:
+    return junctions_that_hold(scenario.network, storage=scenario.dynamics.storage)
+
+
+def _places(scenario: Scenario) -> list[tuple[int, Intersection | Junction, int]]:
+    """Return slot, node and index there of every movement that vehicles queue for, in order."""
+    intersections = scenario.network.intersections
+    orientations = max(len(item.movements) for item in intersections)
+    found: list[tuple[int, Intersection | Junction, int]] = [
+        (i * orientations + j, item, j)
+        for i, item in enumerate(intersections)
+        for j in range(len(item.movements))
+    ]
+    others = [(node, j) for node in _held(scenario) for j in range(len(node.movements))]
+    first = len(intersections) * orientations
+    return found + [(slot, *place) for slot, place in enumerate(others, start=first)]
+
+
+def _served(
+    network: RoadNetwork,
+    node: Intersection | Junction,
+    movement: Movement,
+    lanes: tuple[int, ...],
+) -> tuple[int, ...]:
+    """Return the lanes that vehicles queue in; of more than there are behind, those on the left."""
+    if isinstance(node, Intersection):
+        return lanes
+    return lanes[-network.links[network.link_index[movement.to_link]].lanes :]
 
 
 def build_trips(scenario: Scenario, layout: Layout, vehicles: Vehicles) -> Trips:
@@ -72,7 +133,7 @@ def build_trips(scenario: Scenario, layout: Layout, vehicles: Vehicles) -> Trips
     last = np.zeros(route.size, np.bool_)
     last[offset[1:] - 1] = True
     before = np.flatnonzero(~last)
-    slot = _slots_of_pairs(network, layout, route[before], route[before + 1])
+    slot = _slots_of_pairs(scenario, route[before], route[before + 1])
     if (slot == _NO_WAY).any():
         place = before[(slot == _NO_WAY).argmax()]
         vehicle = int(np.searchsorted(offset, place, side="right")) - 1
@@ -88,17 +149,60 @@ def build_trips(scenario: Scenario, layout: Layout, vehicles: Vehicles) -> Trips
     ends = np.sort(np.concatenate([visits, offset[1:] - 1]))
     driven_s = np.cumsum(link_times_s(scenario)[route])
     leg_s = np.round(np.diff(driven_s[ends], prepend=0.0)).astype(np.int32)
-    inner = np.array([link.end in network.intersection_index for link in network.links])
+    stops = network.intersection_index.keys() | {junction.id for junction in _held(scenario)}
+    inner = np.array([link.end in stops for link in network.links])
     first_leg = np.zeros(ends.size, np.bool_)
     first_leg[slot_offset[:-1] + np.arange(count)] = True
     leg_s[~first_leg & inner[route[ends]]] = np.maximum(leg_s[~first_leg & inner[route[ends]]], 1)
+    slots = slot[slot != _NO_SIGNAL].astype(np.int32)
     return Trips(
         depart_s=vehicles.depart_s.astype(np.int32),
         slot_offset=slot_offset.astype(np.int32),
-        slots=slot[slot != _NO_SIGNAL].astype(np.int32),
+        slots=slots,
+        lane_row=_lane_rows(scenario, layout, vehicles, slots, np.diff(slot_offset)),
         leg_link=route[ends].astype(np.int32),
         leg_s=leg_s,
     )
+
+
+def _other_lanes(
+    scenario: Scenario,
+) -> list[tuple[int, Classes, tuple[int, ...]]]:
+    """Return where vehicles of a class queue in other lanes than those of their movement.
+
+    Returns
+    -------
+    list of (slot, classes, lanes)
+    """
+    kinds = dict.fromkeys(scenario.sumo.classes if scenario.sumo else ())
+    network = scenario.network
+    return [
+        (slot, classes, _served(network, node, node.movements[j], lanes))
+        for slot, node, j in _places(scenario)
+        for classes in kinds
+        if (lanes := network.lanes_to(node.movements[j], classes)) != node.movements[j].lanes
+    ]
+
+
+def _lane_rows(
+    scenario: Scenario,
+    layout: Layout,
+    vehicles: Vehicles,
+    slots: IntArray,
+    visits: npt.NDArray[np.int64],
+) -> IntArray:
+    """Return for every visit its row in the layout's lanes: the slot's own, or its class's."""
+    size = layout.slot_link.size
+    others = _other_lanes(scenario)
+    if not others or vehicles.kind is None or scenario.sumo is None:
+        return slots
+    classes = list(dict.fromkeys(scenario.sumo.classes))
+    row: IntArray = np.tile(np.arange(size, dtype=np.int32), (len(classes), 1))
+    for k, (slot, each, _) in enumerate(others):
+        row[classes.index(each), slot] = size + k
+    of_kind = np.array([classes.index(each) for each in scenario.sumo.classes])
+    rows: IntArray = row[np.repeat(of_kind[vehicles.kind], visits), slots]
+    return rows
 
 
 def link_times_s(scenario: Scenario) -> npt.NDArray[np.float64]:
@@ -112,18 +216,17 @@ _NO_SIGNAL, _NO_WAY = -1, -2
 
 
 def _slots_of_pairs(
-    network: RoadNetwork,
-    layout: Layout,
+    scenario: Scenario,
     links: npt.NDArray[np.int64],
     following: npt.NDArray[np.int64],
 ) -> npt.NDArray[np.int64]:
-    """Return the slot of every pair of links; negative without a signal or a movement."""
+    """Return the slot of every pair of links; negative without a stop or a movement."""
+    network, index = scenario.network, scenario.network.link_index
     count = len(network.links)
-    orientations = layout.slot_link.size // len(network.intersections)
-    known = {
-        first * count + second: i * orientations + j
-        for (first, second), (i, j) in network.movement_index.items()
-    }
+    known = {}
+    for slot, node, j in _places(scenario):
+        movement = node.movements[j]
+        known[index[movement.from_link] * count + index[movement.to_link]] = slot
     for first, pairs in enumerate(network.successors):
         for second, _ in pairs:
             known.setdefault(first * count + second, _NO_SIGNAL)
@@ -135,24 +238,26 @@ def _slots_of_pairs(
 
 
 def _capacity(scenario: Scenario) -> IntArray:
-    """Return how many vehicles have room on every link that ends at signals (specification, §2).
+    """Return how many vehicles have room on every link that ends where they queue (§2).
 
-    With storage a link holds as many vehicles as have room on its lanes, and on those of links that
-    lead to it over junctions without signals; where these lead to several such links, each gets an
-    equal part. It holds at least one; without length, or out of the network, any number.
+    With storage a link holds as many vehicles as have room on its open lanes, and on those of links
+    that lead to it over junctions where nobody waits; where these lead to several such links, each
+    gets an equal part. It holds at least one; without length, or out of the network, any number.
     """
     network, dynamics = scenario.network, scenario.dynamics
     capacity = np.full(len(network.links), UNLIMITED_VEH, np.int32)
     if not dynamics.storage:
         return capacity
+    held = {junction.id for junction in _held(scenario)}
+    stops = network.intersection_index.keys() | held
     upstream: list[list[int]] = [[] for _ in network.links]
-    for junction in network.junctions:
+    for junction in (each for each in network.junctions if each.id not in held):
         for movement in junction.movements:
             second = network.link_index[movement.to_link]
             upstream[second].append(network.link_index[movement.from_link])
     fed: dict[int, set[int]] = {}
     for k, link in enumerate(network.links):
-        if link.end in network.intersection_index:
+        if link.end in stops:
             found, open_links = {k}, [k]
             while open_links:
                 new = set(upstream[open_links.pop()]) - found
@@ -160,7 +265,7 @@ def _capacity(scenario: Scenario) -> IntArray:
                 open_links += new
             fed[k] = found
     sharing = Counter(link for links in fed.values() for link in links)
-    lane_m = [link.length_m * link.lanes for link in network.links]
+    lane_m = [link.length_m * link.open_lanes for link in network.links]
     for k, links in fed.items():
         room_m = sum(lane_m[link] / sharing[link] for link in links)
         if room_m > 0:

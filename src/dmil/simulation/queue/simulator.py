@@ -45,7 +45,7 @@ class QueueSimulator:
         self._layout = build_layout(scenario)
         has_program = np.diff(self._layout.programs.offset) > 0
         self._lowest = np.where(has_program, PROGRAM, 0).astype(np.int32)
-        self._rules = rules_of(scenario.timing)
+        self._rules = rules_of(scenario.timing, scenario.network)
         self._vehicles: Vehicles | None = None
         self._trips: Trips
         self._free_leg_s: npt.NDArray[np.int32]
@@ -130,6 +130,14 @@ class QueueSimulator:
         self._interval_s = steps
         return self._observe()
 
+    def passed_veh(self) -> npt.NDArray[np.int64]:
+        """Return how many vehicles have left the queues of every intersection; see `Simulator`."""
+        trips = self._trips
+        place = np.arange(trips.slots.size)
+        gone = place < np.repeat(self.state.visit, np.diff(trips.slot_offset))
+        intersections, _, movements = self._layout.signals.served.shape
+        return np.bincount(trips.slots[gone] // movements, minlength=intersections)
+
     def measures(self) -> Measures:
         """Return what has been measured since the last reset."""
         state, trips = self.state, self._trips
@@ -171,13 +179,14 @@ class QueueSimulator:
     def _observe(self) -> Observation:
         state = self.state
         time_s = int(state.counters[TIME])
+        signalled = state.phase.size  # controllers see no queues without signals
         return Observation(
-            queue_veh=state.standing_veh.copy(),
-            approaching_veh=state.approaching_veh.copy(),
+            queue_veh=state.standing_veh[:signalled].copy(),
+            approaching_veh=state.approaching_veh[:signalled].copy(),
             phase=state.phase.copy(),
             phase_elapsed_s=np.maximum(time_s - state.green_from_s, 0),
             time_s=time_s,
-            waiting_veh=state.waiting_steps / max(self._interval_s, 1),
+            waiting_veh=state.waiting_steps[:signalled] / max(self._interval_s, 1),
         )
 
     def _checked(self, phases: npt.NDArray[np.integer]) -> npt.NDArray[np.int32]:

@@ -4,7 +4,9 @@ Parameters (`Layout`), journeys (`Trips`) and state (`State`) are separate; the 
 state and never allocates. An *orientation* is one entry of the state vector of an intersection; the
 flat index ``slot = intersection * orientations + orientation`` names it network-wide. Vehicles
 queue in lanes; a lane may serve several orientations of its link. A *leg* of a journey is the way
-to the next stop line, or from the last one to the end; junctions without signals lie within legs.
+to the next stop line, or from the last one to the end; junctions where nobody waits lie within
+legs. Those where vehicles may have to wait without a signal have the slots after those of
+intersections, and so further rows in the tables by intersection and orientation.
 """
 
 from __future__ import annotations
@@ -51,16 +53,24 @@ class Layout(NamedTuple):
         The intersections' own fixed-time programs.
     slot_link: (slots,) int32
         Link on which the queue of a slot stands; −1 where a slot is padding.
-    lane_offset: (slots + 1,) int32
-        Where the lanes of a slot begin in ``lanes``.
-    lanes: (lanes of all slots,) int32
-        Network-wide numbers of the lanes that serve each slot.
+    lane_offset: (rows + 1,) int32
+        Where the lanes of a row begin in ``lanes``: one row per slot, then one for every slot and
+        vehicle class that queue in other lanes.
+    lanes: (lanes of all rows,) int32
+        Network-wide numbers of the lanes of each row.
     yield_offset: (slots + 1,) int32
         Where those begin in ``yields`` to whom a slot gives way.
     yields: (priorities,) int32
         Slots.
+    turns: (priorities,) bool
+        Whether the two take turns, first come, first served.
+    after_s: (priorities,) float64
+        How long after the last of the others a vehicle may go.
     headway_s: (slots,) float64
-        Time between two vehicles of a slot on one lane at saturation flow.
+        Time between two vehicles of a slot on one lane at saturation flow, or that follow each
+        other through one gap.
+    gap_s: (slots,) float64
+        Critical gap of who gives way without a signal: less until others come is too little.
     capacity_veh: (links,) int32
         Most vehicles on a link and on the links that only lead to it, moving and queued; a huge
         number where storage is unlimited.
@@ -77,7 +87,10 @@ class Layout(NamedTuple):
     lanes: IntArray
     yield_offset: IntArray
     yields: IntArray
+    turns: BoolArray
+    after_s: FloatArray
     headway_s: FloatArray
+    gap_s: FloatArray
     capacity_veh: IntArray
     gap_wait_s: IntArray
     start_wave_veh_per_s: FloatArray
@@ -101,6 +114,9 @@ class Trips(NamedTuple):
         Where the journey of a vehicle begins in ``slots``.
     slots: (intersection visits,) int32
         The slots that each vehicle queues in, one after the other.
+    lane_row: (intersection visits,) int32
+        Row of the layout's lanes among which it chooses there; the slot where the lanes are for
+        all.
     leg_link: (legs,) int32
         Link whose room a vehicle takes up on a leg: the last one.
     leg_s: (legs,) int32
@@ -110,6 +126,7 @@ class Trips(NamedTuple):
     depart_s: IntArray
     slot_offset: IntArray
     slots: IntArray
+    lane_row: IntArray
     leg_link: IntArray
     leg_s: IntArray
 
@@ -132,6 +149,7 @@ class State(NamedTuple):
     go_from_s: (intersections, orientations) int32
         From when on the vehicles of a movement go; `NEVER_S` for red.
     queue_veh: (intersections, orientations) int32
+        Here as in all tables of this shape more rows follow, of junctions without signals.
     standing_veh: (intersections, orientations) int32
         Vehicles queued that no start wave has reached, at the last decision.
     approaching_veh: (intersections, orientations) int32
@@ -140,6 +158,10 @@ class State(NamedTuple):
         First and last vehicle queued in a lane.
     lane_veh: (lanes,) int32
         Vehicles queued in a lane.
+    soonest_s: (slots at junctions without signals,) int32
+        When the next vehicle joins a queue there, as far as critical gaps matter; else `NEVER_S`.
+    went_s: (slots at junctions without signals,) float64
+        When the last vehicle went; long ago before the first.
     behind: (vehicles,) int32
         Next vehicle in the same list.
     ready_s: (lanes,) float64
@@ -173,6 +195,8 @@ class State(NamedTuple):
     front: IntArray
     back: IntArray
     lane_veh: IntArray
+    soonest_s: IntArray
+    went_s: FloatArray
     behind: IntArray
     ready_s: FloatArray
     wake_s: IntArray
@@ -201,6 +225,7 @@ def initial_state(layout: Layout, trips: Trips, horizon_s: int) -> State:
         Steps of 1 s that can be recorded.
     """
     intersections, _, orientations = layout.signals.served.shape
+    signalled, rows = intersections * orientations, layout.slot_link.size // orientations
     lanes, links = layout.lane_count, layout.capacity_veh.size
     vehicles = trips.depart_s.size
     calendar = int(trips.leg_s.max(initial=0)) + 1
@@ -211,18 +236,22 @@ def initial_state(layout: Layout, trips: Trips, horizon_s: int) -> State:
     def empty_lists(count: int) -> IntArray:
         return np.full(count, NOBODY, np.int32)
 
+    go_from_s = zeros(rows, orientations)
+    go_from_s[:intersections] = NEVER_S
     return State(
         counters=np.zeros(COUNTERS, np.int64),
         phase=np.full(intersections, -1, np.int32),
         green_from_s=zeros(intersections),
         switch_s=np.full(intersections, NEVER_S, np.int32),
-        go_from_s=np.full((intersections, orientations), NEVER_S, np.int32),
-        queue_veh=zeros(intersections, orientations),
-        standing_veh=zeros(intersections, orientations),
-        approaching_veh=zeros(intersections, orientations),
+        go_from_s=go_from_s,
+        queue_veh=zeros(rows, orientations),
+        standing_veh=zeros(rows, orientations),
+        approaching_veh=zeros(rows, orientations),
         front=empty_lists(lanes),
         back=empty_lists(lanes),
         lane_veh=zeros(lanes),
+        soonest_s=np.full(rows * orientations - signalled, NEVER_S, np.int32),
+        went_s=np.full(rows * orientations - signalled, -np.inf),
         behind=empty_lists(vehicles),
         ready_s=np.zeros(lanes),
         wake_s=np.full(lanes, NEVER_S, np.int32),
@@ -235,7 +264,7 @@ def initial_state(layout: Layout, trips: Trips, horizon_s: int) -> State:
         joined_s=zeros(vehicles),
         waited_s=zeros(vehicles),
         arrived_s=np.full(vehicles, -1, np.int32),
-        waiting_steps=zeros(intersections, orientations),
+        waiting_steps=zeros(rows, orientations),
         arrived_at=zeros(horizon_s),
         queued_at=zeros(horizon_s),
     )

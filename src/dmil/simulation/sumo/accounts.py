@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from dmil.demand import Vehicles
 from dmil.simulation.measures import NAN, Measures
-from dmil.simulation.sumo.approaches import Ways, reached_stop_lines
+from dmil.simulation.sumo.approaches import Ways, passed_in_all, reached_stop_lines
 from dmil.simulation.sumo.outputs import Outputs
 
 FloatArray = npt.NDArray[np.float64]
@@ -23,15 +23,15 @@ class Accounts:
     ----------
     output
         SUMO's output file.
-    vehicles, ways
+    vehicles
         All journeys.
     begin_s
         SUMO's time at 0 s of the run.
     """
 
-    def __init__(self, output: Path, vehicles: Vehicles, ways: Ways, begin_s: int) -> None:
+    def __init__(self, output: Path, vehicles: Vehicles, begin_s: int) -> None:
         self._outputs = Outputs(output)
-        self._depart_s, self._ways, self._begin_s = vehicles.depart_s, ways, begin_s
+        self._depart_s, self._begin_s = vehicles.depart_s, begin_s
         self._seen_s: list[int] = []
         self._halting_veh: list[int] = []
 
@@ -43,6 +43,7 @@ class Accounts:
     def measures(
         self,
         time_s: int,
+        ways: Ways,
         seen: FloatArray,
         under_way: FloatArray,
         *,
@@ -56,6 +57,8 @@ class Accounts:
         ----------
         time_s
             Time since the run began.
+        ways
+            The routes of all vehicles, as SUMO last told them.
         seen: (5, vehicles in the network) float64
             Where they are, see `count_vehicles`.
         under_way: (vehicles in the network, 5) float64
@@ -83,14 +86,13 @@ class Accounts:
         arrived_at = _count_until(arrival_s, time_s)
         entered_at = _count_until(depart_s + delay_s, time_s)
         outside_at = _count_until(depart_s, time_s) - entered_at
-        gone = self._ways.passed[self._ways.offset[ids + 1] - 1].sum()
         return Measures(
             time_s=time_s,
             spawned_veh=spawned,
             arrived_veh=len(done),
             # Whole seconds: the mesoscopic model counts parts of them too.
             wait_veh_s=float(round(done[:, 4].sum() + under_way[:, 3].sum() + delay_s.sum())),
-            visits=int(gone) + reached_stop_lines(self._ways, seen),
+            visits=passed_in_all(ways, ids) + reached_stop_lines(ways, seen),
             arrived_wait_veh_s=float(round(done[:, [2, 4]].sum())),
             travel_veh_s=float(travel_s.sum()),
             time_loss_veh_s=float(trips[:, 3].sum() + (0 if ended else under_way[:, 2].sum())),

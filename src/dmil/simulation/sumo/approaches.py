@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,8 +26,10 @@ class Ways(NamedTuple):
 
     Attributes
     ----------
-    offset: (vehicles + 1,) int64
-        Where a vehicle's route begins.
+    route: (vehicles,) int64
+        Which route a vehicle drives: its own number until SUMO sends it elsewhere.
+    offset: (routes + 1,) int64
+        Where a route begins.
     limit_m_per_s: (places,) float64
         Speed limit.
     slot: (places,) int64
@@ -40,6 +43,7 @@ class Ways(NamedTuple):
         Governed movements crossed before the place.
     """
 
+    route: LongArray
     offset: LongArray
     limit_m_per_s: FloatArray
     slot: LongArray
@@ -51,23 +55,56 @@ class Ways(NamedTuple):
 
 def build_ways(network: RoadNetwork, vehicles: Vehicles) -> Ways:
     """Look ahead along all routes (ours)."""
-    link, offset = vehicles.route_links, vehicles.route_offset
-    slot = _slots(network, vehicles)
-    length_m = np.array([item.length_m for item in network.links])
-    limit_m_per_s = np.array([item.speed_m_per_s for item in network.links])
+    offset = vehicles.route_offset.astype(np.int64)
+    return _ways(network, np.arange(len(vehicles)), offset, vehicles.route_links.astype(np.int64))
+
+
+def rerouted(network: RoadNetwork, ways: Ways, routes: Mapping[int, Sequence[str]]) -> Ways:
+    """Return the ways after SUMO has sent some vehicles elsewhere (ours).
+
+    Parameters
+    ----------
+    network
+        The roads.
+    ways
+        Those before.
+    routes
+        Number of a vehicle to the ids of the edges that SUMO says it drives, from its first. One
+        that the network does not have for vehicles counts as a link on which nobody is counted.
+    """
+    known, elsewhere = network.link_index, len(network.links)
+    links = [[known.get(edge, elsewhere) for edge in edges] for edges in routes.values()]
+    offset = np.cumsum([0, *map(len, links)])
+    route = ways.route.copy()
+    route[list(routes)] = np.arange(len(links)) + len(ways.offset) - 1
+    new = _ways(network, route, offset, np.concatenate(links).astype(np.int64))
+    joined = {
+        name: np.concatenate([getattr(ways, name), getattr(new, name)]) for name in Ways._fields
+    }
+    joined["offset"] = np.concatenate([ways.offset, ways.offset[-1] + offset[1:]])
+    return Ways(**{**joined, "route": route})
+
+
+def _ways(network: RoadNetwork, route: LongArray, offset: LongArray, link: LongArray) -> Ways:
+    """Look ahead along routes; link ``len(network.links)`` stands for those not in the network."""
+    slot = _slots(network, offset, link)
+    length_m = np.array([*(item.length_m for item in network.links), 0.0])
+    limit_m_per_s = np.array([*(item.speed_m_per_s for item in network.links), np.inf])
+    free_flow_s = np.append(network.free_flow_time_s, 0.0)
     governed = np.concatenate([slot >= 0, [False]])
     # The next governed movement at or after a place, then only if it lies on the same route.
     following = np.where(governed, np.arange(governed.size), governed.size - 1)
     following = np.minimum.accumulate(following[::-1])[::-1][:-1]
     end = np.repeat(offset[1:], np.diff(offset))
-    there = following < end
+    there = (following < end) & (link < len(network.links))
     last = np.where(there, following, np.arange(link.size))
     to_m = np.concatenate([[0.0], np.cumsum(length_m[link])])
-    to_s = np.concatenate([[0.0], np.cumsum(network.free_flow_time_s[link])])
+    to_s = np.concatenate([[0.0], np.cumsum(free_flow_s[link])])
     crossed = np.concatenate([[0], np.cumsum(governed[:-1])])
     start = np.repeat(offset[:-1], np.diff(offset))
     return Ways(
-        offset=offset.astype(np.int64),
+        route=route,
+        offset=offset,
         limit_m_per_s=limit_m_per_s[link],
         slot=np.where(there, np.append(slot, -1)[following], -1),
         own=there & (following == np.arange(link.size)),
@@ -162,23 +199,35 @@ def _count(
 @kernel
 def _place(ways: Ways, seen: FloatArray, k: int) -> int:
     """Return where on its route a vehicle is; on a junction the place of the link behind it."""
-    vehicle = int(seen[0, k])
-    place: int = ways.offset[vehicle] + int(seen[1, k]) + int(seen[4, k])
-    last: int = ways.offset[vehicle + 1] - 1
+    route = ways.route[int(seen[0, k])]
+    place: int = ways.offset[route] + int(seen[1, k]) + int(seen[4, k])
+    last: int = ways.offset[route + 1] - 1
     return min(place, last)
 
 
-def _slots(network: RoadNetwork, vehicles: Vehicles) -> LongArray:
+def passed_in_all(ways: Ways, vehicle: LongArray) -> int:
+    """Return how many governed movements lie on the routes of vehicles, in all (ours).
+
+    Parameters
+    ----------
+    ways
+        Routes of all vehicles.
+    vehicle: (those asked for,) int64
+        Their numbers.
+    """
+    return int(ways.passed[ways.offset[ways.route[vehicle] + 1] - 1].sum())
+
+
+def _slots(network: RoadNetwork, offset: LongArray, link: LongArray) -> LongArray:
     """Return the governed movement at the end of every link of every route; −1 if none."""
     orientations = max(len(item.movements) for item in network.intersections)
-    links = len(network.links)
+    links = len(network.links) + 1
     pairs = {a * links + b: i * orientations + j for (a, b), (i, j) in _sorted_pairs(network)}
     keys = np.fromiter(pairs.keys(), np.int64, len(pairs))
     slots = np.fromiter(pairs.values(), np.int64, len(pairs))
-    link = vehicles.route_links.astype(np.int64)
     wanted = link * links
     wanted[:-1] += link[1:]
-    wanted[vehicles.route_offset[1:] - 1] = -1
+    wanted[offset[1:] - 1] = -1
     found = np.minimum(np.searchsorted(keys, wanted), keys.size - 1)
     return np.where(keys[found] == wanted, slots[found], -1)
 

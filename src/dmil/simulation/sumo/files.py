@@ -13,6 +13,7 @@ from dmil.network.sumo import SumoSignals, write_sumo_network
 from dmil.scenarios import Scenario
 
 Model = Literal["micro", "meso"]
+PROGRAMS = "programs.add.xml"
 
 OWN_KIND = {"departLane": "best", "departSpeed": "max"}
 """Attributes of vehicles that no SUMO file describes: they drive in at the speed of the traffic, on
@@ -37,6 +38,10 @@ class RunFiles:
         Attributes of ``<vehicle>`` for every `Vehicles.kind`.
     vehicle_types_xml
         Definitions of the vehicle types that the attributes name.
+    programs_file
+        Signal programs beside the network's, None where there are none.
+    further_options
+        More options of ``sumo``, as (name, value).
     """
 
     net_file: Path
@@ -45,6 +50,8 @@ class RunFiles:
     begin_s: int = 0
     kinds: tuple[Mapping[str, str], ...] = ()
     vehicle_types_xml: str = ""
+    programs_file: Path | None = None
+    further_options: tuple[tuple[str, str], ...] = ()
 
 
 def run_files(scenario: Scenario, folder: Path) -> RunFiles:
@@ -66,6 +73,10 @@ def run_files(scenario: Scenario, folder: Path) -> RunFiles:
     if sumo is None:
         written = write_sumo_network(scenario.network, folder)
         return RunFiles(written.net_file, written.edges, written.signals)
+    programs_file = None
+    if sumo.programs_xml:
+        programs_file = folder / PROGRAMS
+        programs_file.write_text(f"<additional>\n{sumo.programs_xml}</additional>\n", "utf-8")
     return RunFiles(
         net_file=sumo.net_file,
         edges=tuple(link.id for link in links),
@@ -73,6 +84,8 @@ def run_files(scenario: Scenario, folder: Path) -> RunFiles:
         begin_s=sumo.begin_s,
         kinds=sumo.kinds,
         vehicle_types_xml=sumo.vehicle_types_xml,
+        programs_file=programs_file,
+        further_options=sumo.options,
     )
 
 
@@ -87,7 +100,6 @@ def options(
         *("--net-file", str(files.net_file)),
         *("--route-files", str(routes)),
         *("--begin", str(files.begin_s)),
-        *("--step-length", "1"),
         *("--seed", str(seed % 2**31)),
         *("--time-to-teleport", "-1"),
         *("--xml-validation", "never"),
@@ -97,6 +109,10 @@ def options(
         "--no-step-log",
         "--duration-log.disable",
     ]
+    if files.programs_file:
+        chosen += ["--additional-files", str(files.programs_file)]
+    for name, value in {"step-length": "1", **dict(files.further_options)}.items():
+        chosen += [f"--{name}", value]
     if model == "meso":
         chosen += ["--mesosim", "--meso-junction-control", "true"]
     if emissions:

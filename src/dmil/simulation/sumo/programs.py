@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from pathlib import Path
 from typing import NamedTuple
 from xml.sax.saxutils import quoteattr
 
-from dmil.files import write_text_atomically
+from dmil.network import Intersection, RoadNetwork
 from dmil.network.sumo import SumoSignals
-from dmil.scenarios import SignalTiming
-from dmil.simulation.sumo.signals import cleared
+from dmil.scenarios import SignalTimes
+from dmil.scenarios.timing import dont_walk_s
+from dmil.simulation.sumo.signals import cleared, stopped
 
 PROGRAM_ID = "dmil"
 
@@ -23,78 +23,104 @@ class Plan(NamedTuple):
     green_s: tuple[int, ...]
 
 
-def write_programs(
-    file: Path,
-    plans: Sequence[tuple[int, Sequence[Plan]]],
-    signals: Sequence[SumoSignals],
-    timing: SignalTiming,
-    begin_s: int,
-) -> None:
-    """Write plans for SUMO; loaded last, they are what its signals show (SUMO's documentation).
+Timetable = Sequence[tuple[int, Sequence[Plan]]]
+"""(second of the run, plan of every intersection), the first from second 0 on."""
 
-    Between two phases stand the yellow and all-red of the signal timing. Several plans are switched
-    between by a WAUT, SUMO's timetable of programs.
+
+def programs_xml(
+    timetable: Timetable,
+    network: RoadNetwork,
+    signals: Sequence[SumoSignals],
+    times: SignalTimes,
+    begin_s: int,
+) -> str:
+    """Return plans for SUMO; loaded last, they are what its signals show (SUMO's documentation).
+
+    Several plans are switched between by a WAUT, SUMO's timetable of programs.
 
     Parameters
     ----------
-    file
-        Where to, such as ``programs.add.xml``.
-    plans
-        (second of the run, plan of every intersection), the first from second 0 on.
+    timetable
+        The plans.
+    network
+        The intersections. The offset of one's own program is kept; without one a cycle begins with
+        its plan.
     signals
         How SUMO shows the phases, one per intersection.
-    timing
-        Its clearance.
+    times
+        What stands between two phases.
     begin_s
         SUMO's second that is second 0.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
     """
-    names = [PROGRAM_ID if k == 0 else f"{PROGRAM_ID}-{k}" for k in range(len(plans))]
+    names = [PROGRAM_ID if k == 0 else f"{PROGRAM_ID}-{k}" for k in range(len(timetable))]
     lines = ["<additional>"]
     # The last one loaded is shown first.
-    for name, (since_s, here) in reversed(list(zip(names, plans, strict=True))):
-        for heads, plan in zip(signals, here, strict=True):
+    for name, (since_s, here) in reversed(list(zip(names, timetable, strict=True))):
+        for i, (heads, plan) in enumerate(zip(signals, here, strict=True)):
+            own = network.intersections[i].program
+            begins_s = own.offset_s if own else begin_s + since_s
             lines.append(
                 f'  <tlLogic id={quoteattr(heads.id)} type="static" programID="{name}"'
-                f' offset="{begin_s + since_s}">'
+                f' offset="{begins_s:g}">'
             )
             lines += [
                 f'    <phase duration="{duration_s}" state="{state}"/>'
-                for duration_s, state in stages(heads, plan, timing)
+                for duration_s, state in stages(heads, plan, times, network.intersections[i], i)
             ]
             lines.append("  </tlLogic>")
-    if len(plans) > 1:
+    if len(timetable) > 1:
         lines.append(f'  <WAUT id="{PROGRAM_ID}" refTime="0" startProg="{names[0]}">')
-        for name, (since_s, _) in list(zip(names, plans, strict=True))[1:]:
+        for name, (since_s, _) in list(zip(names, timetable, strict=True))[1:]:
             lines.append(f'    <wautSwitch time="{begin_s + since_s}" to="{name}"/>')
         lines.append("  </WAUT>")
         lines += [
             f'  <wautJunction wautID="{PROGRAM_ID}" junctionID={quoteattr(heads.id)}/>'
             for heads in signals
         ]
-    write_text_atomically(file, "\n".join([*lines, "</additional>", ""]))
+    return "\n".join([*lines, "</additional>", ""])
 
 
-def stages(heads: SumoSignals, plan: Plan, timing: SignalTiming) -> list[tuple[int, str]]:
+def stages(
+    heads: SumoSignals, plan: Plan, times: SignalTimes, item: Intersection, i: int
+) -> list[tuple[int, str]]:
     """Return seconds and state of every stage of a plan, clearance included (ours).
 
     Parameters
     ----------
     heads, plan
-        Of one intersection.
-    timing
-        Its clearance.
+        Of one intersection; a green with pedestrians is long enough for them.
+    times
+        Signal timing.
+    item, i
+        The intersection, and its index in the signal timing.
     """
-    states = [heads.states[phase] for phase in plan.phases]
-    yellow_s = timing.clearance_s - timing.all_red_s
     found = []
-    for green_s, (before, after) in zip(plan.green_s, pairwise([*states, states[0]]), strict=True):
-        found.append((green_s, before))
-        if before != after:
-            between = ((yellow_s, "y"), (timing.all_red_s, "r"))
-            found += [(s, cleared(before, after, losing)) for s, losing in between if s]
+    turns = pairwise([*plan.phases, plan.phases[0]])
+    for green_s, (before, after) in zip(plan.green_s, turns, strict=True):
+        old, new = heads.states[before], heads.states[after]
+        if old == new:
+            found.append((green_s, old))
+        else:
+            since_s = 0
+            for end_s, letters in _walk_ends(heads, green_s, times, item, i, before):
+                found.append((end_s - since_s, old))
+                old, since_s = stopped(old, letters), end_s
+            if green_s > since_s:
+                found.append((green_s - since_s, old))
+            all_red_s = int(times.all_red_s[i, before, after])
+            yellow_s = int(times.clearance_s[i, before, after]) - all_red_s
+            between = ((yellow_s, "y"), (all_red_s, "r"))
+            found += [(s, cleared(old, new, losing)) for s, losing in between if s]
     return found
+
+
+def _walk_ends(
+    heads: SumoSignals, green_s: int, times: SignalTimes, item: Intersection, i: int, phase: int
+) -> list[tuple[int, list[int]]]:
+    """Return when pedestrians stop setting out, so that they have cleared, and their letters."""
+    ends: dict[int, list[int]] = {}
+    for letter, walk in zip(heads.crossings, item.walks, strict=True):
+        if phase in walk.phases:
+            end_s = green_s - dont_walk_s(times, item, i, phase, walk)
+            ends.setdefault(end_s, []).append(letter)
+    return sorted(ends.items())

@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from dmil.network import RoadNetwork
 from dmil.network.sumo.records import SumoSignals
-from dmil.scenarios import SignalTiming
-from dmil.simulation.timing import ACTUATED, NEVER_S, PROGRAM, Signals, grant, rules_of
+from dmil.scenarios import SignalTimes
+from dmil.scenarios.timing import dont_walk_s
+from dmil.simulation.timing import ACTUATED, NEVER_S, PROGRAM, Rules, Signals, grant
 
 IntArray = npt.NDArray[np.int32]
 
 GREEN = "Gg"
 Switch = tuple[int, str, str]
 """Second of the interval, id of the signals, state string."""
+
+
+WalkEnds = tuple[tuple[tuple[int, str], ...], ...]
+"""For every phase: seconds after its green begins, and the state from then on."""
 
 
 class Orders(NamedTuple):
@@ -44,16 +50,27 @@ class SignalHeads:
         Who may go in which phase.
     states
         SUMO's names and states of the phases, one per intersection.
-    timing
+    times
         Signal timing; start-up lost time is SUMO's own matter.
+    interval_s
+        Time between two requests.
+    walks
+        When the pedestrians of every phase stop setting out, one per intersection, see `walk_ends`.
     """
 
     def __init__(
-        self, signals: Signals, states: Sequence[SumoSignals], timing: SignalTiming
+        self,
+        signals: Signals,
+        states: Sequence[SumoSignals],
+        times: SignalTimes,
+        interval_s: int,
+        walks: Sequence[WalkEnds],
     ) -> None:
         count, _, orientations = signals.served.shape
-        self._signals, self._states, self._timing = signals, states, timing
-        self._rules = rules_of(timing)
+        self._signals, self._states, self._times = signals, states, times
+        self._rules = Rules(interval_s, 0, times.clearance_s, times.min_green_s, times.max_green_s)
+        self._later: list[Switch] = []
+        self._walks = walks
         self._go_from_s = np.full((count, orientations), NEVER_S, np.int32)
         self._switch_s = np.full(count, NEVER_S, np.int32)
         self._program = np.zeros(count, np.int32)
@@ -86,28 +103,96 @@ class SignalHeads:
         orders = Orders([], [])
         for i in np.flatnonzero((program < 0) & (program != self._program)).tolist():
             orders.programs.append((self._states[i].id, bool(program[i] == ACTUATED)))
+        # A clearance may be longer than the time between two requests; the rules refuse changes
+        # until it is over, but a program of SUMO's takes over at once.
+        taken = {name for name, _ in orders.programs}
+        switches = [each for each in self._later if each[1] not in taken]
         for i in np.flatnonzero(
             (program == 0) & ((before != self.phase) | (self._program < 0))
         ).tolist():
             name, states = self._states[i].id, self._states[i].states
             after = states[self.phase[i]]
             if before[i] < 0:
-                orders.switches.append((0, name, after))
+                switches.append((0, name, after))
             else:
-                orders.switches.extend(self._change(name, states[before[i]], after))
+                change = (i, before[i], self.phase[i])
+                clearance_s = int(self._times.clearance_s[change])
+                all_red_s = int(self._times.all_red_s[change])
+                heads = self._states[i]
+                switches += self._change(
+                    name,
+                    stopped(states[before[i]], heads.crossings),
+                    after,
+                    clearance_s - all_red_s,
+                    all_red_s,
+                )
+            start_s = max(switches[-1][0], 0)
+            switches += [(start_s + s, name, state) for s, state in self._walks[i][self.phase[i]]]
         self._program = program
-        orders.switches.sort(key=lambda switch: switch[0])
+        switches.sort(key=lambda switch: switch[0])
+        interval_s = self._rules.decision_interval_s
+        orders.switches.extend(each for each in switches if each[0] < interval_s)
+        self._later = [
+            (second - interval_s, name, state)
+            for second, name, state in switches
+            if second >= interval_s
+        ]
         return orders
 
-    def _change(self, name: str, before: str, after: str) -> list[Switch]:
+    @staticmethod
+    def _change(name: str, before: str, after: str, yellow_s: int, all_red_s: int) -> list[Switch]:
         """Return yellow, all-red and the new phase, as far as there is time for each."""
-        yellow_s = self._timing.clearance_s - self._timing.all_red_s
         switches = []
         if yellow_s > 0:
             switches.append((0, name, cleared(before, after, "y")))
-        if self._timing.all_red_s > 0:
+        if all_red_s > 0:
             switches.append((yellow_s, name, cleared(before, after, "r")))
-        return [*switches, (self._timing.clearance_s, name, after)]
+        return [*switches, (yellow_s + all_red_s, name, after)]
+
+
+def stopped(state: str, crossings: Collection[int]) -> str:
+    """Return a state with red for some crossings of pedestrians (ours).
+
+    Parameters
+    ----------
+    state
+        A state string.
+    crossings
+        Indices into it.
+    """
+    return "".join("r" if k in crossings else letter for k, letter in enumerate(state))
+
+
+def walk_ends(
+    network: RoadNetwork, states: Sequence[SumoSignals], times: SignalTimes
+) -> list[WalkEnds]:
+    """Return when the pedestrians of every phase stop setting out (ours).
+
+    When a green will end is not known while it runs, so pedestrians set out at its beginning only:
+    as long as leaves them time to clear the crossing if it ends as soon as it may.
+
+    Parameters
+    ----------
+    network, states, times
+        Intersections, their states in SUMO and their signal timing.
+    """
+    found = []
+    for i, (item, heads) in enumerate(zip(network.intersections, states, strict=True)):
+        ends: list[tuple[tuple[int, str], ...]] = []
+        for phase, state in enumerate(heads.states):
+            until: dict[int, list[int]] = {}
+            for letter, walk in zip(heads.crossings, item.walks, strict=True):
+                if phase in walk.phases and len(item.phases) > 1:
+                    clearing_s = dont_walk_s(times, item, i, phase, walk)
+                    end_s = int(times.min_green_s[i, phase]) - clearing_s
+                    until.setdefault(end_s, []).append(letter)
+            switches = []
+            for end_s in sorted(until):
+                state = stopped(state, until[end_s])
+                switches.append((end_s, state))
+            ends.append(tuple(switches))
+        found.append(tuple(ends))
+    return found
 
 
 @lru_cache(maxsize=4096)

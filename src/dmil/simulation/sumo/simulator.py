@@ -10,14 +10,21 @@ import numpy.typing as npt
 from dmil.demand import Vehicles
 from dmil.errors import InputError
 from dmil.network import RoadNetwork
-from dmil.scenarios import Scenario
+from dmil.scenarios import Scenario, signal_times
 from dmil.simulation.measures import Measures
 from dmil.simulation.protocol import Observation
 from dmil.simulation.sumo.accounts import Accounts
-from dmil.simulation.sumo.approaches import FloatArray, Ways, build_ways, count_vehicles
+from dmil.simulation.sumo.approaches import (
+    FloatArray,
+    Ways,
+    build_ways,
+    count_vehicles,
+    rerouted,
+)
+from dmil.simulation.sumo.crossings import Crossings
 from dmil.simulation.sumo.files import Model, RunFiles, options, run_files, write_routes
 from dmil.simulation.sumo.process import SumoProcess, require_sumo
-from dmil.simulation.sumo.signals import SignalHeads
+from dmil.simulation.sumo.signals import SignalHeads, walk_ends
 from dmil.simulation.timing import ACTUATED, checked_phases, signals_of
 
 NO_RUN = -1
@@ -56,6 +63,7 @@ class SumoSimulator:
     -----
     ``queue_veh`` are vehicles slower than 0.1 m/s, ``approaching_veh`` others nearer than one
     decision interval in free flow, on the incoming link or within ``detection_m``.
+    Where a vehicle goes is what SUMO says, also if SUMO has sent it elsewhere during the run.
     ``visits`` counts the links before stop lines that vehicles have come to. Emissions
     are those of vehicles that have ended their trip, so until the horizon only of those that have
     arrived; and so is the time loss of the mesoscopic model. Of ``queued_at``, the vehicles outside
@@ -77,14 +85,18 @@ class SumoSimulator:
         self._scenario, self._model = scenario, model
         self._emissions, self._detection_m = emissions, detection_m
         self._signals = signals_of(scenario.network)
-        programs = np.array([item.program is not None for item in scenario.network.intersections])
+        programs = np.array(
+            [bool(item.program or item.own_control) for item in scenario.network.intersections]
+        )
         self._lowest = np.where(programs, ACTUATED, 0).astype(np.int32)
         self._process: SumoProcess | None = None
         self._files: RunFiles
         self._vehicles: Vehicles | None = None
         self._ways: Ways
+        self._ways_of_files: Ways
         self._heads: SignalHeads
         self._accounts: Accounts
+        self._crossings: Crossings
         self._seen: FloatArray
         self._under_way: FloatArray
         self._queue_veh = np.zeros(self._signals.unsignalled.shape, np.int32)
@@ -128,9 +140,10 @@ class SumoSimulator:
         process = self._ready_process()
         if vehicles is not self._vehicles:
             self._vehicles = None
-            self._ways = build_ways(self.network, vehicles)
+            self._ways_of_files = build_ways(self.network, vehicles)
             write_routes(process.folder / ROUTES, vehicles, self._files)
             self._vehicles = vehicles
+        self._ways = self._ways_of_files
         process.forget_messages()
         self._queue_veh = np.zeros_like(self._queue_veh)
         output = process.folder / OUTPUT
@@ -145,8 +158,16 @@ class SumoSimulator:
         if self._further_options is not None:
             chosen += self._further_options(self._files)
         process.ask("start", [*chosen, "--tripinfo-output", str(output)])
-        self._heads = SignalHeads(self._signals, self._files.signals, self._scenario.timing)
-        self._accounts = Accounts(output, vehicles, self._ways, self._files.begin_s)
+        times = signal_times(self._scenario.timing, self.network)
+        self._heads = SignalHeads(
+            self._signals,
+            self._files.signals,
+            times,
+            self.decision_interval_s,
+            walk_ends(self.network, self._files.signals, times),
+        )
+        self._accounts = Accounts(output, vehicles, self._files.begin_s)
+        self._crossings = Crossings(len(vehicles))
         self._seen = np.frombuffer(b"").reshape(5, 0)
         self._time_s = 0
         return self._observe()
@@ -178,13 +199,21 @@ class SumoSimulator:
         where = self._scenario.name
         wanted = checked_phases(phases, self.network, self._signals, self._lowest, where=where)
         orders = self._heads.request(wanted, self._time_s)
-        answer = process.ask("advance", steps, orders.programs, orders.switches)
-        self._seen = np.frombuffer(answer).reshape(5, -1)
+        seen, elsewhere = process.ask("advance", steps, orders.programs, orders.switches)
+        self._seen = np.frombuffer(seen).reshape(5, -1)
+        if elsewhere:
+            self._ways = rerouted(self.network, self._ways, elsewhere)
         self._time_s += steps
         if self._time_s == self.horizon_s:
             self._under_way = self._account()
             process.ask("close")  # only then SUMO writes about vehicles that have not arrived
         return self._observe()
+
+    def passed_veh(self) -> npt.NDArray[np.int64]:
+        """Return how many vehicles have crossed each intersection's stop lines; see `Simulator`."""
+        self._running()
+        intersections, _, movements = self._signals.served.shape
+        return self._crossings.counted(self._ways, intersections, movements)
 
     def measures(self) -> Measures:
         """Return what has been measured since the last reset.
@@ -198,6 +227,7 @@ class SumoSimulator:
         ended = self._time_s == self.horizon_s
         return self._accounts.measures(
             self._time_s,
+            self._ways,
             self._seen,
             self._under_way if ended else self._account(),
             ended=ended,
@@ -234,6 +264,7 @@ class SumoSimulator:
 
     def _observe(self) -> Observation:
         heads = self._heads
+        self._crossings.see(self._ways, self._seen)
         queue, approaching, halting = count_vehicles(
             self._ways,
             self._seen,

@@ -109,15 +109,18 @@ class SurveyFiles:
         begin_s = self._files.begin_s
         entered_s = np.full(len(vehicles), np.nan)
         left_s = np.full(vehicles.route_links.size, np.nan)
-        offset = vehicles.route_offset
+        offset, links = vehicles.route_offset, vehicles.route_links
+        names = [quoteattr(edge)[1:-1].encode() for edge in self._files.edges]
         vehicle = -1
         for kind, values in _elements(self.folder / "routes.xml", b"vehicle|route"):
             if kind == b"vehicle":
                 vehicle = int(values[b"id"])
                 entered_s[vehicle] = float(values[b"depart"]) - begin_s
             elif b"exitTimes" in values:
+                first, last = offset[vehicle], offset[vehicle + 1]
+                if values[b"edges"].split() != [names[link] for link in links[first:last]]:
+                    continue  # SUMO has sent it elsewhere
                 times = np.array(values[b"exitTimes"].split(), np.float64)
-                first = offset[vehicle]
                 left_s[first : first + times.size] = np.where(times < 0, np.nan, times - begin_s)
         crossed_s, lane = self._crossings(vehicles, begin_s)
         return Survey(entered_s, left_s, crossed_s, lane, self._green(seconds, begin_s))
@@ -128,7 +131,7 @@ class SurveyFiles:
             (self.network.link_index[movement.from_link], lane)
             for item in self.network.intersections
             for movement in item.movements
-            for lane in movement.lanes
+            for lane in self.network.lanes_to(movement)
         }
         return sorted(found)
 

@@ -13,6 +13,7 @@ import shutil
 import signal
 import sys
 from array import array
+from collections.abc import Sequence
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,7 @@ class Worker:
 
     def __init__(self) -> None:
         self._own_program: dict[str, str] = {}
+        self._route: dict[str, str] = {}
         self._meso, self._longest_crossing_m = False, 0.0
         self._flush_outputs: Any = getattr(
             ctypes.CDLL(libsumo._libsumo.__file__), "_ZN12OutputDevice8flushAllEv", None
@@ -47,8 +49,8 @@ class Worker:
 
     def advance(
         self, steps: int, programs: list[tuple[str, bool]], switches: list[tuple[int, str, str]]
-    ) -> bytes:
-        """Simulate some seconds; return what `look` returns after them.
+    ) -> tuple[bytes, dict[int, tuple[str, ...]]]:
+        """Simulate some seconds; return what `look` and `elsewhere` return after them.
 
         Parameters
         ----------
@@ -70,9 +72,10 @@ class Worker:
             if second < steps:
                 libsumo.trafficlight.setRedYellowGreenState(name, state)
         libsumo.simulationStep(begin_s + steps)
-        return self.look()
+        names = libsumo.vehicle.getIDList()
+        return self.look(names), self.elsewhere(names)
 
-    def look(self) -> bytes:
+    def look(self, names: Sequence[str]) -> bytes:
         """Return five rows with a number per vehicle as float64, see `approaches.count_vehicles`.
 
         All are read in one go per decision. Asking each vehicle in this process takes half as long
@@ -80,7 +83,6 @@ class Worker:
         is further on its lane than any lane over a junction is long need not be asked for its road.
         """
         vehicle = libsumo.vehicle
-        names = vehicle.getIDList()
         seen = array("d", map(int, names))
         seen.extend(map(vehicle.getRouteIndex, names))
         positions_m = list(map(vehicle.getLanePosition, names))
@@ -94,6 +96,19 @@ class Worker:
             ]
         )
         return seen.tobytes()
+
+    def elsewhere(self, names: Sequence[str]) -> dict[int, tuple[str, ...]]:
+        """Return the vehicles that have got another route since the last call, and its edges.
+
+        SUMO calls the route in a vehicle's element "!" and the vehicle's id, and every other
+        one otherwise, so that comparing names is enough.
+        """
+        vehicle, found = libsumo.vehicle, {}
+        for name, route in zip(names, map(vehicle.getRouteID, names), strict=True):
+            if route != "!" + name and route != self._route.get(name):
+                self._route[name] = route
+                found[int(name)] = vehicle.getRoute(name)
+        return found
 
     def account(self) -> bytes:
         """Write all output files out; return five numbers per vehicle in the network as float64.

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from dmil.demand import FileDemand, ResampledDemand
 from dmil.errors import InputError
-from dmil.scenarios import Scenario, scenario
-from dmil.scenarios.model import SignalTiming
+from dmil.scenarios import Scenario, SignalTiming, scenario
 
 CITY = "cityflow:"
 CITY_TIMING = SignalTiming(decision_interval_s=15, clearance_s=5)

@@ -14,6 +14,7 @@ from dmil.controllers import CONTROLLERS, check_controller, make_settings
 from dmil.controllers.variants import Variant
 from dmil.errors import InputError
 from dmil.files import write_text_atomically
+from dmil.importing import check_trusted
 from dmil.rewards import PAPER_CONSTANTS, RewardConstants
 from dmil.seeding import stream
 from dmil.statistics import Estimate, paired_difference
@@ -167,12 +168,13 @@ def save_tuned(tuned: Tuned, path: Path) -> None:
 
 
 def load_tuned(path: Path) -> Tuned:
-    """Read a tuning that came to its end.
+    """Read a tuning that came to its end. Reading runs no code of the file's.
 
     Raises
     ------
     InputError
-        The file is missing, damaged, of another version, unfinished, or its options do not exist.
+        The file is missing, damaged, of another version, unfinished, its options do not exist, or
+        it names a part by an import path that is not trusted, see `dmil.trust`.
     """
     tuned = read_tuned(path)
     where = str(path)
@@ -182,6 +184,9 @@ def load_tuned(path: Path) -> Tuned:
             where=where,
             mend="give the same dmil tune command again: it goes on",
         )
+    check_trusted(tuned.controller, "controller", where=where)
+    check_trusted(tuned.reward, "reward", where=where)
+    check_trusted(tuned.chosen.get("embedding"), "embedding", where=where)
     check_controller(tuned.controller, where=where)
     entry = CONTROLLERS.get(tuned.controller)
     settings = entry.settings if entry else None

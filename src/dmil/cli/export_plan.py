@@ -1,0 +1,101 @@
+"""The plan that export writes: never less safe than the one that it replaces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from dmil.errors import InputError
+from dmil.files import write_text_atomically
+from dmil.network import Intersection, RoadNetwork, SumoSignals
+from dmil.network.sumo.conflicts import first_clash
+from dmil.scenarios import SignalTiming
+from dmil.scenarios.fairness import safest_times
+from dmil.simulation.sumo.programs import Plan, programs_xml, stages
+from dmil.training.mean_cycle import MeanCycle
+
+
+def write_plans(
+    file: Path,
+    plans: Sequence[tuple[int, Sequence[MeanCycle]]],
+    network: RoadNetwork,
+    timing: SignalTiming,
+    signals: Sequence[SumoSignals],
+    net_file: Path,
+    begin_s: int,
+) -> None:
+    """Write mean cycles as SUMO's programs, once they are checked (ours).
+
+    Yellow, all-red and least greens are those of the run, or of the network's own plans where
+    these are longer; so are the offsets, and the phase that a cycle begins with.
+
+    Parameters
+    ----------
+    file
+        Where to.
+    plans
+        (second of the run, cycle of every intersection).
+    network, timing, signals
+        The roads, what controllers kept, and how SUMO shows the phases.
+    net_file
+        The network as SUMO reads it; its matrices say which greens conflict.
+    begin_s
+        SUMO's second that is second 0.
+
+    Raises
+    ------
+    InputError
+        If two movements that conflict would have the right of way at once.
+    OutputError
+        If the file cannot be written.
+    """
+    times = safest_times(timing, network)
+    timetable = [
+        (
+            since_s,
+            [
+                _plan(item, cycle, times.min_green_s[i].tolist())
+                for i, (item, cycle) in enumerate(zip(network.intersections, cycles, strict=True))
+            ],
+        )
+        for since_s, cycles in plans
+    ]
+    items = network.intersections
+    shown = {
+        heads.id: [
+            state
+            for _, here in timetable
+            for _, state in stages(heads, here[i], times, items[i], i)
+        ]
+        for i, heads in enumerate(signals)
+    }
+    clash = first_clash(net_file, shown)
+    if clash:
+        raise InputError(
+            str(clash),
+            where=f"the plan of signal '{clash.signal}', which is not written",
+            expected="no greens that conflict (<request foes> of the network)",
+            mend="write g for the one that yields, or r, in the network's own program, or take "
+            "--phases derived",
+        )
+    write_text_atomically(file, programs_xml(timetable, network, signals, times, begin_s))
+
+
+def _plan(item: Intersection, cycle: MeanCycle, least_s: Sequence[int]) -> Plan:
+    """Return a cycle that begins as the intersection's own plan does, no green too short."""
+    own = item.program.stages if item.program else ()
+    first = next(
+        (
+            cycle.phases.index(phase)
+            for stage in own
+            if not stage.clearance and stage.green in item.phases
+            if (phase := item.phases.index(stage.green)) in cycle.phases
+        ),
+        0,
+    )
+    turns = [
+        (phase, max(green_s, least_s[phase]))
+        for phase, green_s in zip(cycle.phases, cycle.green_s, strict=True)
+    ]
+    phases, green_s = zip(*turns[first:], *turns[:first], strict=True)
+    return Plan(phases, green_s)

@@ -1,0 +1,87 @@
+"""How a policy compares, said where it was trained: nobody is sent to an agent that loses."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from dmil.cli.choices import accepted
+from dmil.cli.measures import number
+from dmil.controllers.variants import parse_variant
+from dmil.scenarios import Scenario
+from dmil.scenarios.recipe import ScenarioRecipe
+from dmil.studies import LocalExecutor
+from dmil.studies.answer import METRIC
+from dmil.studies.comparison import Comparison, Contender, compare, has_same_demand
+from dmil.training import Policy
+
+RIVALS = ("max-pressure", "longest-queue-first,approaching=true", "factored")
+"""What a policy should beat: none of them needs a training."""
+SEEDS = 3
+
+
+def judged(path: Path, policy: Policy, recipe: ScenarioRecipe, scenario: Scenario) -> Comparison:
+    """Run a policy, frozen, beside the network's plan and rivals in the queue simulator (ours).
+
+    Parameters
+    ----------
+    path, policy
+        The policy, and where it is.
+    recipe, scenario
+        What it was trained on.
+    """
+    plan = all(item.program for item in scenario.network.intersections)
+    frozen = accepted(policy.controller, {"learning": False, "epsilon": 0.0})
+    contenders = [Contender(path.name, options=json.dumps(frozen), policy=str(path))]
+    for text in ("program" if plan else "fixed-cycle", *RIVALS):
+        variant = parse_variant(text)
+        contenders.append(Contender(text, variant.name, json.dumps(dict(variant.options))))
+    seeds = range(1 if has_same_demand(scenario, 0) else SEEDS)
+    return compare(recipe, contenders, seeds, executor=LocalExecutor(1)).ranked(METRIC)
+
+
+def verdict(found: Comparison, path: Path) -> list[str]:
+    """Say how it compares, in lines (ours).
+
+    Parameters
+    ----------
+    found
+        What `judged` found.
+    path
+        The policy.
+    """
+    means = found.measures[METRIC].mean(axis=0).tolist()
+    own = found.labels.index(path.name)
+    better = [label for label, mean in zip(found.labels, means, strict=True) if mean < means[own]]
+    runs = f"mean of {len(found.seeds)} runs" if len(found.seeds) > 1 else "one run"
+    if means[own] != means[own]:
+        said = "No vehicle departed: nothing is compared."
+    elif better:
+        said = (
+            f"{path.name} loses to {better[0]}, which was not trained, by "
+            f"{number(means[own] - means[0], 1)} s per vehicle."
+        )
+    else:
+        said = f"{path.name} has the least delay of these."
+    width = max(map(len, found.labels))
+    return [
+        f"Frozen, beside what needs no training: delay in s, {runs} in the queue simulator:",
+        *(
+            f"  {label:{width}}  {number(mean, 1):>8}"
+            for label, mean in zip(found.labels, means, strict=True)
+        ),
+        said,
+        *(f"  {path.name} locked in {n} of {len(found.seeds)} runs." for n in _locked(found, path)),
+    ]
+
+
+def as_json(found: Comparison) -> dict[str, Any]:
+    """Return the mean delays in s by contender (ours)."""
+    means = found.measures[METRIC].mean(axis=0).tolist()
+    return {METRIC: dict(zip(found.labels, means, strict=True)), "seeds": list(found.seeds)}
+
+
+def _locked(found: Comparison, path: Path) -> list[int]:
+    count = sum(label == path.name for label, _ in found.locked)
+    return [count] if count else []

@@ -1,0 +1,229 @@
+"""What acts on vehicles during SUMO's run, beside roads and signals: one table.
+
+Both simulators drive the same vehicles on the same ways. What could change that is acted on while
+the files are read, so that both have it, or switched off in both with a warning. Nothing of it
+reaches a run: SUMO is handed vehicle types without devices and scales, and no definitions that act.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import Literal
+from xml.etree.ElementTree import Element
+
+Treatment = Literal["acted on", "off", "left out", "no effect"]
+"""What becomes of it: ``acted on`` alike in both simulators; switched ``off`` in both, the vehicles
+drive without; vehicles are ``left out``; it has ``no effect`` on who drives where."""
+
+
+@dataclass(frozen=True, slots=True)
+class Acting:
+    """One kind of what acts on vehicles (ours).
+
+    Parameters
+    ----------
+    what
+        How the files say it.
+    treatment
+        What becomes of it.
+    instead
+        What happens here, a sentence.
+    text
+        What a remark says after a number and an example; empty where there is nothing to say.
+    mend
+        What to do about it.
+    """
+
+    what: str
+    treatment: Treatment
+    instead: str
+    text: str = ""
+    mend: str = "Nothing; know that SUMO's own run differs."
+
+
+_OTHERS = ("bluelight", "driverstate", "fcd-replay", "glosa", "stationfinder", "toc")
+"""Devices that change how a vehicle drives, beside those with a row of their own."""
+WATCHING = frozenset(
+    {"battery", "btreceiver", "btsender", "elechybrid", "emissions", "example", "fcd", "friction"}
+    | {"person", "ssm", "transportable", "tripinfo", "vehroute"}
+)
+"""Devices that only look on and write."""
+
+ACTING: Mapping[str, Acting] = {
+    "scale": Acting(
+        "attribute `scale` of a vehicle type, option `scale`",
+        "acted on",
+        "Both factors are multiplied. Vehicles, trips and flows depart as often as SUMO lets them, "
+        "at its times; members of a distribution of types by their mean.",
+    ),
+    "rerouting-device": Acting(
+        "parameter `has.rerouting.device`, options `device.rerouting.probability`, `….explicit`",
+        "off",
+        "Vehicles keep the way of the file. Trips drive the one that SUMO chooses when they depart "
+        "in the traffic under the file's plan.",
+        "have a device that sends them elsewhere during the run (rerouting), which is switched "
+        "off: they keep to their ways",
+        "Nothing, or let SUMO write the ways that they drive (--vehroute-output) and name that "
+        "file.",
+    ),
+    "taxi-device": Acting(
+        "parameter `has.taxi.device`, options `device.taxi.…`",
+        "off",
+        "The vehicle drives the way of the file once, as a car does, and calls on nobody.",
+        "have a device that lets them serve persons (taxi), which is switched off: they drive the "
+        "way of the file",
+    ),
+    "driving-device": Acting(
+        f"parameters `has.….device` and options `device.….probability` of {', '.join(_OTHERS)}, "
+        "and of any device that is not known",
+        "off",
+        "The vehicle drives as one without it.",
+        f"have devices that change how they drive ({', '.join(_OTHERS)}), which are switched off",
+    ),
+    "watching-device": Acting(
+        f"the same of {', '.join(sorted(WATCHING))}",
+        "no effect",
+        "They only look on and write; a run has those that it needs itself.",
+    ),
+    "stops": Acting(
+        "`<stop>` of a vehicle, trip, flow or route",
+        "off",
+        "Vehicles drive on: they ask the same of the signals, but nobody blocks a lane.",
+        "have stops, which they do not make: they drive on",
+    ),
+    "no-fixed-departure": Acting(
+        '`depart="triggered"`, `containerTriggered`, `split`, `now`',
+        "left out",
+        "Nothing here triggers a departure.",
+        "have no departure in seconds and are left out; give one, since nothing here triggers a "
+        "departure",
+        "Give them a departure in seconds.",
+    ),
+    "person": Acting(
+        "`<person>`, `<personFlow>` with walks and rides",
+        "left out",
+        "Nobody walks or rides, and no vehicle waits for them.",
+        "are persons and are left out; only vehicles are simulated",
+    ),
+    "container": Acting(
+        "`<container>`, `<containerFlow>`",
+        "left out",
+        "Nothing is loaded.",
+        "are containers and are left out; only vehicles are simulated",
+    ),
+    "rerouter": Acting(
+        "`<rerouter>` with closed edges and lanes, other goals, routes and parking areas",
+        "off",
+        "Roads stay open, and vehicles keep to their ways.",
+        "are rerouters and are switched off: roads stay open, vehicles keep to their ways",
+        "Close the roads in the network (netconvert --remove-edges), and give vehicles routes.",
+    ),
+    "calibrator": Acting(
+        "`<calibrator>`, `<vaporizer>`",
+        "off",
+        "Nobody is added or taken away.",
+        "are calibrators and the like and are switched off: they add and take away no vehicles",
+        "Let SUMO write the vehicles that drive (--vehroute-output) and name that file.",
+    ),
+    "speed-sign": Acting(
+        "`<variableSpeedSign>`",
+        "off",
+        "The limits of the network hold throughout.",
+        "are signs that change the speed limit and are switched off: the network's hold",
+    ),
+}
+"""Every kind; those with a text are kinds of remarks and findings."""
+
+DEFINITIONS = {
+    "person": "person",
+    "personFlow": "person",
+    "container": "container",
+    "containerFlow": "container",
+    "rerouter": "rerouter",
+    "calibrator": "calibrator",
+    "vaporizer": "calibrator",
+    "variableSpeedSign": "speed-sign",
+}
+"""Elements beside vehicles that act, and their kinds."""
+
+
+def switches(element: Element) -> dict[str, bool]:
+    """Return the devices that an element's own parameters switch on or off (SUMO docs: Devices).
+
+    ``has.NAME.device`` goes over ``device.NAME.probability``; any probability above 0 counts as on.
+
+    Parameters
+    ----------
+    element
+        A vehicle, a flow or a type.
+    """
+    found: dict[str, bool] = {}
+    for prefix, suffix in (("device.", ".probability"), ("has.", ".device")):
+        for parameter in element.findall("param"):
+            key = parameter.get("key", "")
+            if key.startswith(prefix) and key.endswith(suffix):
+                found[key[len(prefix) : -len(suffix)]] = _is_on(parameter.get("value", ""))
+    return found
+
+
+def device_kinds(devices: Mapping[str, bool]) -> list[str]:
+    """Return the kinds of what the devices do that are switched on (ours)."""
+    return sorted({kind for name, on in devices.items() if on and (kind := _kind_of(name))})
+
+
+def names_device(parameter: Element) -> bool:
+    """Tell whether a ``<param>`` is about a device (ours)."""
+    return parameter.get("key", "").startswith(("has.", "device."))
+
+
+def kind_of_option(name: str, value: str) -> str:
+    """Return the kind of what an option of ``sumo`` switches on, "" if nothing that acts (ours).
+
+    Parameters
+    ----------
+    name, value
+        Such as ``device.rerouting.probability`` and ``0.5``.
+    """
+    device, _, way = name.removeprefix("device.").rpartition(".")
+    on = _is_on(value) if way == "probability" else way == "explicit" and bool(value)
+    return _kind_of(device) if on and name.startswith("device.") else ""
+
+
+def without_acting(definition: Element) -> Element:
+    """Return a vehicle type, or a distribution of types, without devices and without scales (ours).
+
+    Parameters
+    ----------
+    definition
+        The ``<vType>`` or ``<vTypeDistribution>``, which stays as it is.
+    """
+    kept = deepcopy(definition)
+    for element in kept.iter():
+        element.attrib.pop("scale", None)
+        for parameter in filter(names_device, element.findall("param")):
+            element.remove(parameter)
+    return kept
+
+
+def acting_markdown() -> str:
+    """Return the table of docs/your-network.md (ours)."""
+    rows = "".join(
+        f"| {each.what} | {each.treatment} | {each.instead} |\n" for each in ACTING.values()
+    )
+    return f"| in the files | here | what happens |\n|-|-|-|\n{rows}"
+
+
+def _is_on(value: str) -> bool:
+    try:
+        return float(value) > 0
+    except ValueError:
+        return value.strip().lower() in ("true", "yes", "on", "x", "t")
+
+
+def _kind_of(device: str) -> str:
+    if device in WATCHING:
+        return ""
+    own = f"{device}-device"
+    return own if own in ACTING else "driving-device"

@@ -1,0 +1,68 @@
+"""What the queue simulator counts for whoever decides: queued, standing, on the way."""
+
+from __future__ import annotations
+
+from dmil.compilation import kernel
+from dmil.simulation.queue.state import NOBODY, TIME, Layout, State, Trips
+
+
+@kernel
+def count_queued(state: State, steps: int) -> None:
+    """Count every queued vehicle's steps up to the next decision; who leaves takes his off."""
+    queue_veh, waiting_steps = state.queue_veh, state.waiting_steps
+    for i in range(queue_veh.shape[0]):
+        for j in range(queue_veh.shape[1]):
+            waiting_steps[i, j] = queue_veh[i, j] * steps
+
+
+@kernel
+def count_approaching(trips: Trips, state: State, within_s: int) -> None:
+    """Count the vehicles that reach the end of their leg soon, per slot (specification, §2)."""
+    counts = state.approaching_veh
+    counts[:] = 0
+    orientations = counts.shape[1]
+    calendar = state.due_front.shape[0]
+    time_s = state.counters[TIME]
+    for ahead_s in range(min(within_s, calendar)):
+        vehicle = state.due_front[(time_s + ahead_s) % calendar]
+        while vehicle != NOBODY:
+            if state.visit[vehicle] < trips.slot_offset[vehicle + 1]:
+                slot = trips.slots[state.visit[vehicle]]
+                counts[slot // orientations, slot % orientations] += 1
+            vehicle = state.behind[vehicle]
+
+
+@kernel
+def count_standing(layout: Layout, trips: Trips, state: State, startup_lost_s: int) -> None:
+    """Count the queued vehicles that a start wave has not reached yet, per slot (ours).
+
+    Behind a stop line vehicle after vehicle begins to move from the beginning of green on, sooner
+    than they cross it one headway after the other: those between are queued but do not stand.
+    Nobody moves behind a vehicle that has green and does not go.
+    """
+    standing_veh, wave_veh_per_s = state.standing_veh, layout.start_wave_veh_per_s[0]
+    for i in range(standing_veh.shape[0]):
+        for j in range(standing_veh.shape[1]):
+            standing_veh[i, j] = state.queue_veh[i, j]
+    if wave_veh_per_s == 0:
+        return
+    orientations, time_s = standing_veh.shape[1], state.counters[TIME]
+    for lane in range(state.front.shape[0]):
+        vehicle = state.front[lane]
+        if vehicle == NOBODY or state.ready_s[lane] < time_s - 1e-9:
+            continue
+        slot = trips.slots[state.visit[vehicle]]
+        go_from_s = state.go_from_s[slot // orientations, slot % orientations]
+        if go_from_s >= time_s:
+            continue
+        since_go_s = float(time_s - go_from_s)
+        reached_veh = wave_veh_per_s * (since_go_s + startup_lost_s)
+        moving_veh = int(reached_veh - since_go_s / layout.headway_s[slot] + 1e-9)
+        while moving_veh > 0 and vehicle != NOBODY:
+            slot = trips.slots[state.visit[vehicle]]
+            i, j = slot // orientations, slot % orientations
+            if state.go_from_s[i, j] >= time_s:
+                break
+            standing_veh[i, j] -= 1
+            moving_veh -= 1
+            vehicle = state.behind[vehicle]

@@ -1,0 +1,160 @@
+"""What flows through every intersection during a run, and from when on one was locked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from dmil.demand import Vehicles
+from dmil.network import RoadNetwork
+from dmil.scenarios import Scenario
+from dmil.simulation import Measures, Observation, Simulator
+
+WINDOW_S = 300
+"""At least so long an intersection stands still: longer than any cycle."""
+SHARE = 0.2
+"""It stands still if fewer cross it than this share of what another controller lets through."""
+
+
+@dataclass(frozen=True, slots=True)
+class Flow:
+    """Queues and crossings of one run at every decision, the first at 0 s (ours).
+
+    Attributes
+    ----------
+    time_s: (decisions + 1,) int32
+        The last is the horizon.
+    queue_veh: (decisions + 1, intersections) int32
+        Vehicles that wait before each intersection.
+    passed_veh: (decisions + 1, intersections) int32
+        Vehicles that have crossed it since the run began.
+    """
+
+    time_s: npt.NDArray[np.int32]
+    queue_veh: npt.NDArray[np.int32]
+    passed_veh: npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True, slots=True)
+class Lock:
+    """An intersection that stood still until the end of a run (ours).
+
+    Attributes
+    ----------
+    intersection: int
+    since_s: int
+        From this decision on, to within a minute.
+    """
+
+    intersection: int
+    since_s: int
+
+
+class FlowRecorder:
+    """A simulator that notes what flows through the intersections of another one (ours).
+
+    Parameters
+    ----------
+    simulator
+        The one that simulates.
+    """
+
+    def __init__(self, simulator: Simulator) -> None:
+        self._simulator = simulator
+        self._noted: list[tuple[int, npt.NDArray[np.int32], npt.NDArray[np.int32]]] = []
+
+    @property
+    def scenario(self) -> Scenario:
+        """What is simulated."""
+        return self._simulator.scenario
+
+    @property
+    def network(self) -> RoadNetwork:
+        """The road network that is simulated."""
+        return self._simulator.network
+
+    @property
+    def decision_interval_s(self) -> int:
+        """Time between two decisions."""
+        return self._simulator.decision_interval_s
+
+    @property
+    def horizon_s(self) -> int:
+        """Time at which a run ends."""
+        return self._simulator.horizon_s
+
+    @property
+    def flow(self) -> Flow:
+        """What was noted since the last reset."""
+        times, queues, passed = zip(*self._noted, strict=True)
+        return Flow(np.array(times, np.int32), np.stack(queues), np.stack(passed))
+
+    def reset(self, vehicles: Vehicles, seed: int = 0) -> Observation:
+        """Start a run; what was noted before is forgotten."""
+        self._noted = []
+        return self._note(self._simulator.reset(vehicles, seed))
+
+    def advance(self, phases: npt.NDArray[np.integer]) -> Observation:
+        """Simulate one decision interval."""
+        return self._note(self._simulator.advance(phases))
+
+    def passed_veh(self) -> npt.NDArray[np.int64]:
+        """Return the vehicles that have crossed each intersection's stop lines."""
+        return self._simulator.passed_veh()
+
+    def measures(self) -> Measures:
+        """Return what has been measured since the last reset."""
+        return self._simulator.measures()
+
+    def _note(self, observation: Observation) -> Observation:
+        queue = observation.queue_veh.sum(axis=1, dtype=np.int32)
+        self._noted.append((observation.time_s, queue, self.passed_veh().astype(np.int32)))
+        return observation
+
+
+def locks(flows: Sequence[Flow]) -> list[tuple[Lock, ...]]:
+    """Tell which intersections locked in which runs (ours).
+
+    An intersection is locked from some second on if vehicles wait before it at every decision until
+    the end of the run, and nobody crosses it, or less than `SHARE` of those that cross it under
+    another controller, both in the `WINDOW_S` that follow and until the end. Where there are only
+    more vehicles than the signals can serve, queues stay as well, but people go on crossing.
+
+    Parameters
+    ----------
+    flows
+        One per controller, on the same vehicles.
+
+    Returns
+    -------
+    list of tuples
+        For every controller its locked intersections, the first to lock first.
+    """
+    time_s = flows[0].time_s
+    # The last interval may be shorter: the first tells how long they are.
+    steps = -(-WINDOW_S // int(time_s[1] - time_s[0]))
+    if time_s.size <= steps:
+        return [() for _ in flows]
+    passed = np.stack([flow.passed_veh for flow in flows])
+    starts = slice(0, time_s.size - steps)
+    until_end, in_window = passed[:, -1:] - passed[:, starts], passed[:, steps:] - passed[:, starts]
+    nobody_waits = np.stack([flow.queue_veh for flow in flows]) == 0
+    # Where nobody waited for the last time; what begins after that has a queue to the end.
+    emptied = np.cumsum(nobody_waits[:, ::-1], axis=1)[:, ::-1][:, starts]
+    locked = (emptied == 0) & _stands_still(in_window) & _stands_still(until_end)
+    found = []
+    for each in locked:
+        since = [
+            Lock(int(i), int(time_s[np.argmax(each[:, i])])) for i in np.flatnonzero(each.any(0))
+        ]
+        found.append(tuple(sorted(since, key=lambda lock: (lock.since_s, lock.intersection))))
+    return found
+
+
+def _stands_still(crossed: npt.NDArray[np.int32]) -> npt.NDArray[np.bool_]:
+    """Compare (controllers, stretches, intersections) crossings over the controllers."""
+    still: npt.NDArray[np.bool_] = (crossed == 0) | (crossed < SHARE * crossed.max(axis=0))
+    return still
