@@ -192,7 +192,8 @@ def doctor(
 def _one_of(names: Any, given: str | None, option: str) -> Any:
     if given is None or given in get_args(names):
         return given
-    raise InputError(f"found '{given}'", where=option, expected=" or ".join(get_args(names)))
+    expected = f"one of {', '.join(sorted(get_args(names)))}"
+    raise InputError(f"found '{given}'", where=option, expected=expected)
 
 
 def _chosen(diagnosis: Diagnosis, wanted: str) -> IntersectionFacts:

@@ -76,8 +76,11 @@ def test_one_intersection(dmil, resco):
     [
         (("--intersection", "x"), "there is no intersection 'x'; expected one of 0,0, 0,1"),
         (("--intersection", "0,"), "2 intersections begin with '0,'; expected one of 0,0, 0,1."),
-        (("--phases", "mine"), "--phases: found 'mine'; expected program or derived"),
-        (("--routing", "mine"), "--routing: found 'mine'; expected sumo or free-flow"),
+        (("--phases", "mine"), "--phases: found 'mine'; expected one of derived, program"),
+        (
+            ("--routing", "mine"),
+            "--routing: found 'mine'; expected one of free-flow, mesoscopic, sumo",
+        ),
         (("--begin", "3"), "has no begin, phases or routing to choose"),
         (("--draw", "picture.doc"), "cannot write a figure as '.doc'"),
     ],

@@ -122,8 +122,8 @@ def test_a_comparison_with_the_plan_is_fair_unless_the_user_says_otherwise(dmil,
     assert shown.index("NOT A FAIR") < shown.index("travel time")
     assert "− program" not in shown
     # Between controllers that all keep less, nothing is unfair.
-    alone = ("--scenario", crossroads(), "--controller", "max-pressure", "--seeds", "1")
-    assert dmil.json("evaluate", *alone, "--clearance", "2")["withheld"] is None
+    alone = (*options[:5], "--seeds", "1", "--clearance", "2")
+    assert dmil.json("evaluate", *alone)["withheld"] is None
 
 
 def test_the_page_says_it_first(dmil, crossroads, tmp_path):

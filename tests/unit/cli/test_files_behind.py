@@ -83,8 +83,9 @@ def test_what_is_wrong_with_the_files_is_told(dmil, arguments, message):
     assert message in dmil.err
 
 
-def test_the_end_of_a_training_says_how_the_policy_compares(dmil, tmp_path):
-    policy = tmp_path / "p.npz"
+def test_the_end_of_a_training_says_how_the_policy_compares(dmil, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # a long name would be wrapped
+    policy = "p.npz"
     train = ("train", "grid:2x2", "--steps", 300, "--episodes", 1, "--out", policy)
     found = dmil.json(*train)["compared"]["delay_s"]
     rivals = ("fixed-cycle", "max-pressure", "longest-queue-first,approaching=true", "factored")

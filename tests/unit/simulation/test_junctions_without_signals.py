@@ -81,6 +81,7 @@ def test_who_gives_way_waits_for_the_critical_gap_and_follows_in_it(merge):
     # Visits are those of intersections, and controllers see queues there only.
     assert simulator.measures().visits == 5
     assert observation.queue_veh.shape == observation.waiting_veh.shape == (1, 1)
+    assert simulator.passed_veh().tolist() == [5]
 
 
 def test_gaps_are_those_of_the_manual():

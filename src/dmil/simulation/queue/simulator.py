@@ -136,7 +136,8 @@ class QueueSimulator:
         place = np.arange(trips.slots.size)
         gone = place < np.repeat(self.state.visit, np.diff(trips.slot_offset))
         intersections, _, movements = self._layout.signals.served.shape
-        return np.bincount(trips.slots[gone] // movements, minlength=intersections)
+        # Slots at junctions without signals follow those of the intersections.
+        return np.bincount(trips.slots[gone] // movements, minlength=intersections)[:intersections]
 
     def measures(self) -> Measures:
         """Return what has been measured since the last reset."""
