@@ -49,6 +49,16 @@ def test_times_are_counted_from_the_beginning(read):
     }
 
 
+def test_lines_of_public_transport_need_not_be_sorted_nor_do_others_behind_them(read):
+    text = "".join(
+        f'<flow id="{begin}" {line} begin="{begin}" end="99" number="1" route="r"/>'
+        for begin, line in ((9, 'line="1"'), (3, 'line="2"'), (4, ""), (2, 'line="3"'))
+    )
+    demand = read(f'<route id="r" edges="ACROSS"/>{text}')
+    assert drawn(demand).depart_s.tolist() == [3, 4, 9]
+    assert kinds(demand) == {"unsorted": (1, "2")}  # as SUMO 1.28 reads it
+
+
 def test_trips_take_the_fastest_way_through_their_via_edges(read):
     demand = read(
         '<trip id="a" depart="0" from="W0>0,0" to="0,1>E0"/>'

@@ -145,7 +145,9 @@ class _Reading:
                 if in_order and departures.first_s < latest_s:
                     self._leave_out(entry, "unsorted", departures)
                     continue
-                latest_s = max(latest_s, departures.first_s if departures.mean_veh else latest_s)
+                # Those of a public transport line do not count: SUMO reads lines ahead of time.
+                if departures.mean_veh and not entry.get("line"):
+                    latest_s = max(latest_s, departures.first_s)
                 self._take(entry, departures)
             elif element.tag in ("vType", "vTypeDistribution"):
                 self._types.define(entry)
