@@ -164,9 +164,9 @@ DEMAND_KINDS = {
     ),
     "no-road-vehicle": Kind(
         "note",
-        "Bicycles, trains, pedestrians and the like are left out; only road vehicles with a motor "
-        "are simulated.",
-        "Nothing.",
+        "Bicycles, trains and the like drive in SUMO, as traffic that others meet. The queue "
+        "simulator leaves them out, and what is measured is of road vehicles with a motor.",
+        "Judge in SUMO (--simulator sumo), where they are many.",
     ),
     "parameters": Kind("note", "Vehicles have parameters, which are not used.", "Nothing."),
     "route-part": Kind(

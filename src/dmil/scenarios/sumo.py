@@ -91,8 +91,9 @@ def sumo_scenario(
         end_s=end_s,
         scale=given.scale,
     )
-    switched_off = remarks_on_options(given.unused, len(demand.recorded.recorded))
-    demand = replace(demand, remarks=(*demand.remarks, *switched_off))
+    told = (*given.unused, *(f"{name}={value}" for name, value in given.for_sumo))
+    devices = remarks_on_options(told, len(demand.recorded.recorded))
+    demand = replace(demand, remarks=(*demand.remarks, *devices))
     if end_s is None:
         horizon_s = _rounded(demand.last_departure_s + 1)
     else:
@@ -130,7 +131,7 @@ def sumo_scenario(
             signals=roads.signals,
             kinds=demand.kinds,
             classes=demand.classes,
-            vehicle_types_xml=demand.vehicle_types_xml,
+            beside=demand.beside,
             begin_s=begin_s,
             routing=chosen,
             programs_xml=roads.added_programs_xml,

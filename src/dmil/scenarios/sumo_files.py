@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from dmil.demand.sumo.beside import NOTHING, Beside
 from dmil.network.permissions import Classes
 from dmil.network.sumo import SumoSignals
 
@@ -28,8 +29,8 @@ class SumoFiles:
         Attributes of SUMO's vehicles; ``Vehicles.kind`` are indices into it.
     classes
         The vehicle classes of every such kind, which decide where vehicles may drive.
-    vehicle_types_xml
-        The vehicle types as XML elements, without a root element.
+    beside
+        What SUMO runs beside the vehicles of the demand, and their types.
     begin_s
         SUMO's second that is second 0 of a run.
     routing
@@ -44,7 +45,7 @@ class SumoFiles:
     signals: tuple[SumoSignals, ...]
     kinds: tuple[dict[str, str], ...] = ({},)
     classes: tuple[Classes, ...] = (Classes(),)
-    vehicle_types_xml: str = ""
+    beside: Beside = NOTHING
     begin_s: int = 0
     routing: Routing | None = None
     programs_xml: str = ""

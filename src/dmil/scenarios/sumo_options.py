@@ -59,9 +59,17 @@ GROUPS = (
     ),
     Group(
         "harmless",
-        "vehicles without a way are left out and counted, and every junction is known as such",
+        "every junction is known as such",
         """
-        junction-taz ignore-route-errors
+        junction-taz
+        """,
+    ),
+    Group(
+        "sumo",
+        "vehicles without a way are left out and counted; SUMO is told it for those that it alone "
+        "drives",
+        """
+        ignore-route-errors
         """,
     ),
     Group(
@@ -171,7 +179,6 @@ GROUPS = (
         "they are about chance, threads, reading ahead and wires",
         """
         random|abs-rand seed|srand thread-rngs threads route-steps|s max-num-persons scale-suffix
-        time-to-teleport.ride time-to-teleport.bidi time-to-teleport.railsignal-deadlock
         tls.actuated.show-detectors overhead-wire.solver overhead-wire.recuperation
         overhead-wire.substation-current-limits emergencydecel.warning-threshold use-stop-ended
         use-stop-started mapmatch.distance mapmatch.junctions mapmatch.taz weights.reversal-penalty
@@ -217,16 +224,40 @@ GROUPS = (
         """,
     ),
     Group(
-        "noted",
-        "nobody is taken off the road or delayed but by traffic",
+        "sumo",
+        "who is jammed stays in the jam, unless the configuration says after what time SUMO moves "
+        "it on; SUMO is told that, and what a collision leads to",
         """
-        ignore-accidents=false collision.action=teleport intermodal-collision.action=warn
-        collision.stoptime=0 intermodal-collision.stoptime=0 collision.check-junctions=false
-        collision.check-junctions.mingap=0 collision.mingap-factor=-1 keep-after-arrival=0
-        max-num-vehicles=-1 max-num-teleports=-1 time-to-teleport=300 time-to-teleport.highways=0
-        time-to-teleport.highways.min-speed=19.1667 time-to-teleport.disconnected=-1
-        time-to-teleport.remove=false time-to-teleport.remove-constraint=false max-depart-delay=-1
-        random-depart-offset=0 ride.stop-tolerance=10
+        time-to-teleport time-to-teleport.highways time-to-teleport.highways.min-speed
+        time-to-teleport.disconnected time-to-teleport.ride time-to-teleport.bidi
+        time-to-teleport.railsignal-deadlock ignore-accidents collision.action
+        intermodal-collision.action collision.stoptime intermodal-collision.stoptime
+        collision.check-junctions collision.check-junctions.mingap collision.mingap-factor
+        """,
+    ),
+    Group(
+        "noted",
+        "no vehicle is taken away, kept outside or sent at another time",
+        """
+        keep-after-arrival=0 max-num-vehicles=-1 max-num-teleports=-1 time-to-teleport.remove=false
+        time-to-teleport.remove-constraint=false max-depart-delay=-1 random-depart-offset=0
+        ride.stop-tolerance=10
+        """,
+    ),
+    Group(
+        "sumo",
+        "SUMO sends vehicles elsewhere during the run as they say",
+        """
+        device.rerouting.probability device.rerouting.deterministic
+        device.rerouting.period|device.routing.period
+        device.rerouting.pre-period|device.routing.pre-period
+        device.rerouting.adaptation-weight|device.routing.adaptation-weight
+        device.rerouting.adaptation-steps|device.routing.adaptation-steps
+        device.rerouting.adaptation-interval|device.routing.adaptation-interval
+        device.rerouting.cch-update-threshold.factor device.rerouting.cch-update-threshold.constant
+        device.rerouting.cch-ensemble device.rerouting.threshold.factor
+        device.rerouting.threshold.constant device.rerouting.invalidation device.rerouting.mode
+        device.rerouting.synchronize device.rerouting.railsignal device.rerouting.bike-speeds
         """,
     ),
     Group(
@@ -236,19 +267,9 @@ GROUPS = (
         persontrip.walkfactor=0.75 persontrip.transfer.car-walk=parkingAreas
         persontrip.transfer.taxi-walk persontrip.transfer.walk-taxi persontrip.default.group
         persontrip.taxi.waiting-time=300 persontrip.ride-public-line=false replay-rerouting=false
-        device.rerouting.probability=-1 device.rerouting.explicit|device.rerouting.knownveh
-        device.rerouting.deterministic=false device.rerouting.period|device.routing.period=0
-        device.rerouting.pre-period|device.routing.pre-period=60
-        device.rerouting.adaptation-weight|device.routing.adaptation-weight=0
-        device.rerouting.adaptation-steps|device.routing.adaptation-steps=180
-        device.rerouting.adaptation-interval|device.routing.adaptation-interval=1
-        device.rerouting.cch-update-threshold.factor=1
-        device.rerouting.cch-update-threshold.constant=0 device.rerouting.cch-ensemble=1
-        device.rerouting.threshold.factor=1 device.rerouting.threshold.constant=0
-        device.rerouting.invalidation=false
-        device.rerouting.with-taz|device.routing.with-taz|with-taz=false device.rerouting.mode=0
-        device.rerouting.init-with-loaded-weights=false device.rerouting.synchronize=false
-        device.rerouting.railsignal=false device.rerouting.bike-speeds=false
+        device.rerouting.explicit|device.rerouting.knownveh
+        device.rerouting.with-taz|device.routing.with-taz|with-taz=false
+        device.rerouting.init-with-loaded-weights=false
         person-device.rerouting.probability=-1
         person-device.rerouting.explicit|person-device.rerouting.knownveh
         person-device.rerouting.deterministic=false

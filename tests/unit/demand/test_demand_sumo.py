@@ -192,7 +192,7 @@ def test_stops_and_parameters_are_noted_and_their_vehicles_drive(read):
         '<stop lane="l"/><param key="k" value="v"/></trip>'
     )
     assert len(drawn(demand)) == 1
-    assert kinds(demand) == {"stops": (1, "x"), "parameters": (1, "x"), "route-part": (1, "x")}
+    assert kinds(demand) == {"stops-off": (1, "x"), "parameters": (1, "x"), "route-part": (1, "x")}
 
 
 def test_a_remark_names_the_road(read):

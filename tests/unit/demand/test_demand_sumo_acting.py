@@ -258,8 +258,8 @@ def test_what_acts_in_route_files_and_additional_ones_is_told(
     "vehicle",
     [
         f'<vehicle id="v" depart="0">{ROUTE}<stop lane="A0B0_0" duration="99"/></vehicle>',
-        f'<vehicle id="v" depart="0">{ROUTE[:-2]}><stop lane="A0B0_0"/></route></vehicle>',
-        '<route id="r" edges="left0A0 A0B0"><stop lane="A0B0_0"/></route>'
+        f'<vehicle id="v" depart="0">{ROUTE[:-2]}><stop edge="A0B0" until="9"/></route></vehicle>',
+        '<route id="r" edges="left0A0 A0B0"><stop edge="A0B0" until="9"/></route>'
         '<vehicle id="v" route="r" depart="0"/>',
         f'<trip id="v" depart="0" {WAY}><stop lane="A0B0_0" duration="99"/></trip>',
     ],

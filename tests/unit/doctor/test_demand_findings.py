@@ -41,6 +41,7 @@ def flow(name, begin, end, number, start="top", goal="bottom"):
 
 
 WAY = 'from="top0A0" to="A0bottom0"'
+STOP = '<stop lane="top0A0_0" duration="9"/>'
 
 
 @pytest.mark.parametrize(
@@ -71,13 +72,14 @@ WAY = 'from="top0A0" to="A0bottom0"'
         ),
         ("person", "warning", '<person id="p" depart="1"/>', "1 are persons"),
         ("container", "warning", '<container id="p" depart="1"/>', "1 are containers"),
-        ("stops", "warning", vehicle("b", 1, ROUTE + '<stop lane="top0A0_0"/>'), "1 have stops"),
+        ("stops", "warning", vehicle("b", 1, ROUTE + STOP), "1 have stops"),
+        ("stops-off", "warning", vehicle("b", 1, ROUTE + STOP.replace("top0A0", "A0A1")), "1 have"),
         ("parameters", "note", vehicle("b", 1, ROUTE + '<param key="k" value="v"/>'), "parameters"),
         ("route-part", "note", vehicle("b", 1, attributes='departEdge="1"'), "within their route"),
         ("rerouter", "warning", '<rerouter id="r" edges="top0A0"/>', "1 are rerouters"),
         ("calibrator", "warning", '<calibrator id="r" edge="top0A0"/>', "1 are calibrators"),
         ("speed-sign", "warning", '<variableSpeedSign id="r" lanes="top0A0_0"/>', "1 are signs"),
-        ("rerouting-device", "warning", with_device("rerouting"), "(rerouting), which is switched"),
+        ("rerouting-device", "warning", with_device("rerouting"), "(rerouting), which SUMO alone"),
         ("taxi-device", "warning", with_device("taxi"), "(taxi), which is switched off"),
         ("driving-device", "warning", with_device("glosa"), "1 have devices that change how"),
     ],
@@ -248,10 +250,10 @@ def test_options_that_are_not_used(tmp_path, with_states):
     path = tmp_path / "a.sumocfg"
     path.write_text(
         f'<configuration><input><net-file value="{net.name}"/><route-files value="a.rou.xml"/>'
-        '</input><processing><time-to-teleport value="-1"/></processing></configuration>'
+        '</input><processing><max-depart-delay value="60"/></processing></configuration>'
     )
     (found,) = of_kind(examine(read_case([str(path)])), "option-not-used")
-    assert found.what == "time-to-teleport=-1"
+    assert found.what == "max-depart-delay=60"
 
 
 def test_an_end_before_the_begin_is_an_error(doctor, with_states):

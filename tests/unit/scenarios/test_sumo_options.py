@@ -64,12 +64,12 @@ def test_variables_of_the_environment_are_put_in(tmp_path, monkeypatch):
 
 def test_options_are_told_to_sumo_named_or_passed_over(tmp_path):
     text = f"""<configuration>{FILES}<processing><lateral-resolution value="0.8"/>
-    <time-to-teleport value="300"/><collision.action value="warn"/></processing>
+    <time-to-teleport value="300"/><max-depart-delay value="60"/></processing>
     <output><summary value="s.xml"/></output><report><verbose value="true"/></report>
     <seed value="7"/><osg-view value="true"/></configuration>"""
     found = read_sumo_configuration(written(tmp_path, text))
-    assert found.for_sumo == (("lateral-resolution", "0.8"),)
-    assert found.unused == ("collision.action=warn",)
+    assert found.for_sumo == (("lateral-resolution", "0.8"), ("time-to-teleport", "300"))
+    assert found.unused == ("max-depart-delay=60",)
 
 
 def test_vehicles_may_stand_in_additional_files_alone(tmp_path):

@@ -87,14 +87,14 @@ def written(folder, text, name="x.sumocfg"):
 @pytest.mark.parametrize("text", [LONG, SHORT])
 def test_a_configuration_names_files_beside_it_and_times(folder, text):
     found = read_sumo_configuration(written(folder, text))
-    unused = ("time-to-teleport=-1",) if text == LONG else ()
+    told = (("time-to-teleport", "-1"),) if text == LONG else ()
     assert found == SumoConfiguration(
         folder / "x.net.xml",
         (folder / "a.rou.xml", folder / "b c.rou.xml.gz"),
         (folder / "types.add.xml",),
         25200,
         26000.0,
-        unused=unused,
+        for_sumo=told,
     )
 
 
@@ -162,7 +162,7 @@ def test_a_scenario_decides_as_in_resco_and_keeps_the_times_of_its_plans(folder)
     assert made.sumo is not None
     assert (made.sumo.net_file, made.sumo.begin_s) == (folder / "x.net.xml", 25200)
     assert [made.sumo.kinds[kind] for kind in vehicles.kind[:2]] == [{"type": "short"}, {}]
-    assert made.sumo.vehicle_types_xml == '<vType id="short" length="3" minGap="2" />\n'
+    assert made.sumo.beside.types_xml == '<vType id="short" length="3" minGap="2" />\n'
     assert [signal.id for signal in made.sumo.signals] == ["A0"]
     copy = pickle.loads(pickle.dumps(made))
     assert copy.demand.vehicles(copy.network, 800, stream(0)).depart_s.tolist() == (

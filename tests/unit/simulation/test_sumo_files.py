@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from dmil.demand import Vehicles
+from dmil.demand.sumo.beside import Beside
 from dmil.simulation.sumo.files import OWN_KIND, RunFiles, options, write_routes
 from dmil.simulation.sumo.outputs import Outputs
 
@@ -16,7 +17,7 @@ FILES = RunFiles(
     (),
     begin_s=100,
     kinds=({}, {"type": "long", "departPos": "last"}),
-    vehicle_types_xml='<vType id="long" length="12"/>',
+    beside=Beside(types_xml='<vType id="long" length="12"/>', inner_xml=("", "")),
 )
 
 

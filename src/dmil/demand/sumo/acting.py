@@ -1,8 +1,9 @@
 """What acts on vehicles during SUMO's run, beside roads and signals: one table.
 
-Both simulators drive the same vehicles on the same ways. What could change that is acted on while
-the files are read, so that both have it, or switched off in both with a warning. Nothing of it
-reaches a run: SUMO is handed vehicle types without devices and scales, and no definitions that act.
+What decides who departs and where to is acted on while the files are read, so that both simulators
+have it. The rest SUMO follows by itself where that leaves the vehicles of the demand what they are
+(`dmil.demand.sumo.beside`), and the queue simulator goes on without it, with a warning; or it is
+switched off in both. SUMO is handed vehicle types without scales and without any other devices.
 """
 
 from __future__ import annotations
@@ -13,8 +14,9 @@ from dataclasses import dataclass
 from typing import Literal
 from xml.etree.ElementTree import Element
 
-Treatment = Literal["acted on", "off", "left out", "no effect"]
-"""What becomes of it: ``acted on`` alike in both simulators; switched ``off`` in both, the vehicles
+Treatment = Literal["acted on", "SUMO only", "off", "left out", "no effect"]
+"""What becomes of it: ``acted on`` alike in both simulators; by SUMO as in a run of its own, while
+the queue simulator drives without (``SUMO only``); switched ``off`` in both, the vehicles
 drive without; vehicles are ``left out``; it has ``no effect`` on who drives where."""
 
 
@@ -43,6 +45,7 @@ class Acting:
     mend: str = "Nothing; know that SUMO's own run differs."
 
 
+_IN_SUMO = "Judge in SUMO (--simulator sumo)."
 _OTHERS = ("bluelight", "driverstate", "fcd-replay", "glosa", "stationfinder", "toc")
 """Devices that change how a vehicle drives, beside those with a row of their own."""
 WATCHING = frozenset(
@@ -60,13 +63,14 @@ ACTING: Mapping[str, Acting] = {
     ),
     "rerouting-device": Acting(
         "parameter `has.rerouting.device`, options `device.rerouting.probability`, `….explicit`",
-        "off",
-        "Vehicles keep the way of the file. Trips drive the one that SUMO chooses when they depart "
-        "in the traffic under the file's plan.",
-        "have a device that sends them elsewhere during the run (rerouting), which is switched "
-        "off: they keep to their ways",
-        "Nothing, or let SUMO write the ways that they drive (--vehroute-output) and name that "
-        "file.",
+        "SUMO only",
+        "SUMO sends vehicles elsewhere, and they count where they are; `….explicit` names vehicles "
+        "of the file and is not known here. In the queue simulator they keep the way of the file; "
+        "trips drive the one that SUMO chooses when they depart under the file's plan.",
+        "have a device that sends them elsewhere during the run (rerouting), which SUMO alone "
+        "follows: in the queue simulator they keep to their ways",
+        "Judge in SUMO (--simulator sumo), or let SUMO write the ways that they drive "
+        "(--vehroute-output) and name that file.",
     ),
     "taxi-device": Acting(
         "parameter `has.taxi.device`, options `device.taxi.…`",
@@ -89,9 +93,25 @@ ACTING: Mapping[str, Acting] = {
     ),
     "stops": Acting(
         "`<stop>` of a vehicle, trip, flow or route",
+        "SUMO only",
+        "Vehicles stop in SUMO; who stands at a stop is in no queue. In the queue simulator they "
+        "drive on: they ask the same of the signals, but nobody blocks a lane.",
+        "have stops, which they make in SUMO alone: in the queue simulator they drive on",
+        _IN_SUMO,
+    ),
+    "stops-off": Acting(
+        "a `<stop>` off the route, without an end, or that waits for somebody (`triggered`, "
+        "`expected`, `join`, `split`)",
         "off",
-        "Vehicles drive on: they ask the same of the signals, but nobody blocks a lane.",
-        "have stops, which they do not make: they drive on",
+        "Vehicles drive on, past all of their stops.",
+        "have a stop off their route, without an end, or that waits for somebody, and make none",
+        "Correct the stops, or give them a duration.",
+    ),
+    "beside": Acting(
+        "bicycles, trains, ships and the like, also on edges that are theirs alone",
+        "SUMO only",
+        "They drive in SUMO, and others meet them; what is measured is of road vehicles with a "
+        "motor. The load (`--load`) does not change them. In the queue simulator they are missing.",
     ),
     "no-fixed-departure": Acting(
         '`depart="triggered"`, `containerTriggered`, `split`, `now`',
@@ -115,10 +135,13 @@ ACTING: Mapping[str, Acting] = {
     ),
     "rerouter": Acting(
         "`<rerouter>` with closed edges and lanes, other goals, routes and parking areas",
-        "off",
-        "Roads stay open, and vehicles keep to their ways.",
-        "are rerouters and are switched off: roads stay open, vehicles keep to their ways",
-        "Close the roads in the network (netconvert --remove-edges), and give vehicles routes.",
+        "SUMO only",
+        "SUMO sends vehicles elsewhere, and they count where they are. In the queue simulator "
+        "roads stay open, and vehicles keep to their ways.",
+        "are rerouters, which SUMO alone follows: in the queue simulator roads stay open, vehicles "
+        "keep to their ways",
+        "Judge in SUMO (--simulator sumo), or close the roads in the network (netconvert "
+        "--remove-edges), and give vehicles routes.",
     ),
     "calibrator": Acting(
         "`<calibrator>`, `<vaporizer>`",
@@ -129,9 +152,11 @@ ACTING: Mapping[str, Acting] = {
     ),
     "speed-sign": Acting(
         "`<variableSpeedSign>`",
-        "off",
-        "The limits of the network hold throughout.",
-        "are signs that change the speed limit and are switched off: the network's hold",
+        "SUMO only",
+        "Limits change in SUMO. In the queue simulator those of the network hold throughout.",
+        "are signs that change the speed limit, which SUMO alone follows: in the queue simulator "
+        "the network's hold",
+        _IN_SUMO,
     ),
 }
 """Every kind; those with a text are kinds of remarks and findings."""
@@ -191,19 +216,27 @@ def kind_of_option(name: str, value: str) -> str:
     return _kind_of(device) if on and name.startswith("device.") else ""
 
 
-def without_acting(definition: Element) -> Element:
+def acts_in_sumo(parameter: Element) -> bool:
+    """Tell whether a ``<param>`` is about a device that SUMO alone acts on (ours)."""
+    return parameter.get("key", "").startswith(("has.rerouting.", "device.rerouting."))
+
+
+def without_acting(definition: Element, *, for_sumo: bool = False) -> Element:
     """Return a vehicle type, or a distribution of types, without devices and without scales (ours).
 
     Parameters
     ----------
     definition
         The ``<vType>`` or ``<vTypeDistribution>``, which stays as it is.
+    for_sumo
+        Whether to keep the devices that SUMO alone acts on.
     """
     kept = deepcopy(definition)
     for element in kept.iter():
         element.attrib.pop("scale", None)
         for parameter in filter(names_device, element.findall("param")):
-            element.remove(parameter)
+            if not (for_sumo and acts_in_sumo(parameter)):
+                element.remove(parameter)
     return kept
 
 

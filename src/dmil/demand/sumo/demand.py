@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dmil.demand.recorded import FileDemand, in_order
+from dmil.demand.sumo.beside import NOTHING, Beside
 from dmil.demand.sumo.departures import Drawn, Listed
 from dmil.demand.sumo.remarks import DemandRemark
 from dmil.demand.sumo.ways import Choice, Ends
@@ -84,6 +85,8 @@ class SumoDemand:
         For those of the recorded vehicles whose route no file says: from where to where they go.
     exact_depart_s: (recorded vehicles,) float64
         Their departures before they were rounded up to whole seconds.
+    beside
+        What SUMO runs beside them.
     """
 
     recorded: FileDemand
@@ -96,6 +99,7 @@ class SumoDemand:
     remarks: tuple[DemandRemark, ...]
     trips: Mapping[int, Ends]
     exact_depart_s: FloatArray
+    beside: Beside = NOTHING
 
     @property
     def last_departure_s(self) -> int:

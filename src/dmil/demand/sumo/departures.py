@@ -174,6 +174,39 @@ class Drawn:
         return np.repeat(seconds, times)
 
 
+def within(departures: Listed | Drawn, window: Window) -> tuple[Listed | Drawn, int, int]:
+    """Leave out the departures before the beginning and those at or after the end (ours).
+
+    Parameters
+    ----------
+    departures
+        Those of a vehicle or a flow.
+    window
+        The part of SUMO's time that is simulated.
+
+    Returns
+    -------
+    inside: Listed or Drawn
+    early, late: int
+        How many were left out; a flow that is drawn counts once.
+    """
+    begin_s = window.begin_s
+    end_s = math.inf if window.end_s is None else window.end_s
+    if isinstance(departures, Listed):
+        times = departures.depart_s
+        early, late = times < begin_s, np.ceil(times - begin_s) + begin_s >= end_s
+        return Listed(times[~(early | late)]), int(np.sum(early)), int(np.sum(late))
+    if departures.number is None and departures.end_s <= begin_s:
+        return Listed(np.zeros(0)), 1, 0
+    if departures.begin_s >= end_s:
+        return Listed(np.zeros(0)), 0, 1
+    if departures.number is not None:
+        return departures, 0, 0
+    # Neither kind of process remembers what was before the beginning.
+    first_s, last_s = max(departures.begin_s, begin_s), min(departures.end_s, end_s)
+    return replace(departures, begin_s=first_s, end_s=last_s), 0, 0
+
+
 def shared_out(
     departures: Listed | Drawn, shares: Sequence[float], rng: np.random.Generator
 ) -> list[Listed | Drawn]:

@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from dmil.demand.recorded import FileDemand, in_order
 from dmil.demand.sumo.acting import DEFINITIONS, device_kinds, names_device, switches
+from dmil.demand.sumo.beside import FOLLOWED, PLACES, Collector, Stops, devices_xml, through
 from dmil.demand.sumo.demand import Stream, SumoDemand
-from dmil.demand.sumo.departures import Drawn, Listed, Quota, Window, shared_out
+from dmil.demand.sumo.departures import Drawn, Listed, Quota, Window, shared_out, within
 from dmil.demand.sumo.entry import Entry
 from dmil.demand.sumo.flows import departure_of_vehicle, departures_of_flow
 from dmil.demand.sumo.remarks import DemandRemark, Remarks
-from dmil.demand.sumo.types import VehicleType, VehicleTypes
+from dmil.demand.sumo.types import VehicleType, VehicleTypes, without_motor
 from dmil.demand.sumo.ways import Ends, Unusable, Ways, ends_of
 from dmil.errors import DemandError
 from dmil.network import RoadNetwork
@@ -36,7 +36,7 @@ _KEPT = (
     *("speedFactor", "insertionChecks"),
 )
 _COUNTED = {**DEFINITIONS, "tlLogic": "signal-program"}
-_READ = (*VEHICLES, "vType", "vTypeDistribution", "route", "routeDistribution", *_COUNTED)
+_READ = (*VEHICLES, "vType", "vTypeDistribution", "route", "routeDistribution", *_COUNTED, *PLACES)
 
 
 def read_sumo_routes(
@@ -114,12 +114,12 @@ class _Reading:
         self._network = network
         self._window = window
         self._scale, self._quota = scale, Quota()
-        self._stopping: set[str] = set()
+        self._beside = Collector()
         self._types = VehicleTypes()
         self._ways = Ways(network)
         self._remarks = Remarks()
         self._ids: set[tuple[str, str]] = set()
-        self._kinds: dict[tuple[tuple[str, str], ...], int] = {}
+        self._kinds: dict[tuple[tuple[tuple[str, str], ...], str], int] = {}
         self._classes: list[Classes] = []
         self._depart_s: list[float] = []
         self._routes: list[tuple[int, ...]] = []
@@ -153,10 +153,12 @@ class _Reading:
                 self._types.define(entry)
             elif element.tag in ("route", "routeDistribution"):
                 self._ways.define(entry)
-                if next(element.iter("stop"), None) is not None:
-                    self._stopping.add(entry.id)
+                self._beside.define(entry)
             else:
-                if in_order or element.tag != "tlLogic":  # of additional files it is read
+                if element.tag in (*PLACES, *FOLLOWED):
+                    self._beside.define(entry)
+                # Signal programs of additional files are read with the network.
+                if element.tag in _COUNTED and (in_order or element.tag != "tlLogic"):
                     self._remarks.add(_COUNTED[element.tag], entry.id)
 
     def _departures(self, entry: Entry) -> Listed | Drawn | None:
@@ -192,9 +194,15 @@ class _Reading:
     def _take_of(self, vehicle_type: VehicleType, entry: Entry, departures: Listed | Drawn) -> None:
         """Take up vehicles as far as they depart in time and can be driven."""
         if not vehicle_type.road:
-            self._leave_out(entry, "no-road-vehicle", departures)
+            self._set_aside(entry, departures)
             return
+        stops = self._beside.stops(entry)
+        if stops and stops.edges and set(stops.edges) <= self._network.link_index.keys():
+            entry = through(entry, stops.edges)
         choice = self._ways.of(entry, vehicle_type.classes)
+        if isinstance(choice, Unusable) and without_motor(vehicle_type.classes):
+            self._set_aside(entry, departures)
+            return
         self._total_veh += _count(departures)
         if isinstance(choice, Unusable):
             if choice.kind == "unknown-road":
@@ -207,43 +215,44 @@ class _Reading:
         inside = self._inside(entry, departures)
         if not inside.mean_veh:
             return
+        if stops:
+            made = all(stops.lie_on(self._names(links)) for links, _ in choice)
+            self._remarks.add("stops" if made else "stops-off", entry.id, _count(inside))
+            stops = stops if made else None
         self._note_children(entry, vehicle_type, _count(inside))
-        kind = self._kind_of(entry, vehicle_type.classes)
+        kind = self._kind_of(entry, vehicle_type.classes, stops)
         self._veh_of_space_m[vehicle_type.space_m] += inside.mean_veh
         if isinstance(inside, Drawn) or len(choice) > 1:
             self._streams.append(Stream(inside, choice, kind))
             return
         self._depart_s.extend(inside.depart_s)
         self._routes.extend([choice[0][0]] * len(inside.depart_s))
-        self._kind.extend([kind] * len(inside.depart_s))
         self._ends.extend([ends_of(entry)] * len(inside.depart_s))
+        for depart_s in inside.depart_s.tolist():
+            if stops and stops.timed:
+                later_s = depart_s - departures.first_s
+                kind = self._kind_of(entry, vehicle_type.classes, stops, later_s)
+            self._kind.append(kind)
+
+    def _set_aside(self, entry: Entry, departures: Listed | Drawn) -> None:
+        """Leave vehicles to SUMO that are none of the demand's."""
+        if any(f"{side}Taz" in entry.element.attrib for side in ("from", "to")):
+            self._leave_out(entry, "zone", departures)  # zones are not read
+            return
+        inside = self._inside(entry, departures)
+        if inside.mean_veh:
+            self._beside.drive(entry, inside)
+            self._leave_out(entry, "no-road-vehicle", inside)
+
+    def _names(self, links: Sequence[int]) -> list[str]:
+        return [self._network.links[link].id for link in links]
 
     def _inside(self, entry: Entry, departures: Listed | Drawn) -> Listed | Drawn:
         """Leave out the departures before the beginning and those at or after the end."""
-        begin_s, end_s = self._window.begin_s, self._window.end_s
-        end_s = math.inf if end_s is None else end_s
-        if isinstance(departures, Drawn):
-            return self._inside_drawn(entry, departures, end_s)
-        times = departures.depart_s
-        early, late = times < begin_s, np.ceil(times - begin_s) + begin_s >= end_s
-        self._remarks.add("before-begin", entry.id, int(np.sum(early)))
-        self._remarks.add("after-end", entry.id, int(np.sum(late)))
-        return Listed(times[~(early | late)])
-
-    def _inside_drawn(self, entry: Entry, departures: Drawn, end_s: float) -> Drawn | Listed:
-        begin_s = self._window.begin_s
-        for kind, outside in (
-            ("before-begin", departures.number is None and departures.end_s <= begin_s),
-            ("after-end", departures.begin_s >= end_s),
-        ):
-            if outside:
-                self._remarks.add(kind, entry.id)
-                return Listed(np.zeros(0))
-        if departures.number is not None:
-            return departures
-        # Neither kind of process remembers what was before the beginning.
-        first_s, last_s = max(departures.begin_s, begin_s), min(departures.end_s, end_s)
-        return replace(departures, begin_s=first_s, end_s=last_s)
+        inside, early, late = within(departures, self._window)
+        self._remarks.add("before-begin", entry.id, early)
+        self._remarks.add("after-end", entry.id, late)
+        return inside
 
     def _scaled(self, departures: Listed, scale: float) -> Listed:
         """Let a vehicle depart as often as in SUMO, which loads none from before the beginning."""
@@ -253,8 +262,6 @@ class _Reading:
 
     def _note_children(self, entry: Entry, vehicle_type: VehicleType, count: int) -> None:
         element = entry.element
-        if next(element.iter("stop"), None) is not None or entry.get("route") in self._stopping:
-            self._remarks.add("stops", entry.id, count)
         for kind in device_kinds({**vehicle_type.devices, **switches(element)}):
             self._remarks.add(kind, entry.id, count)
         if any(not names_device(parameter) for parameter in element.findall("param")):
@@ -262,12 +269,15 @@ class _Reading:
         if entry.get("departEdge") or entry.get("arrivalEdge"):
             self._remarks.add("route-part", entry.id)
 
-    def _kind_of(self, entry: Entry, classes: Classes) -> int:
+    def _kind_of(
+        self, entry: Entry, classes: Classes, stops: Stops | None, later_s: float = 0.0
+    ) -> int:
         given = tuple((name, entry.element.attrib[name]) for name in _KEPT if entry.get(name))
-        if given not in self._kinds:
-            self._kinds[given] = len(self._kinds)
+        inner = (stops.xml(later_s) if stops else "") + devices_xml(entry.element)
+        if (given, inner) not in self._kinds:
+            self._kinds[given, inner] = len(self._kinds)
             self._classes.append(classes)
-        return self._kinds[given]
+        return self._kinds[given, inner]
 
     def _leave_out(
         self, entry: Entry, kind: str, departures: Listed | Drawn | None, road: str = ""
@@ -301,13 +311,16 @@ class _Reading:
             recorded=FileDemand(self._network, recorded),
             streams=tuple(self._streams),
             begin_s=self._window.begin_s,
-            kinds=tuple(dict(given) for given in self._kinds),
+            kinds=tuple(dict(given) for given, _ in self._kinds),
             classes=tuple(self._classes),
             vehicle_types_xml=self._types.xml,
             vehicle_space_m=_mean(self._veh_of_space_m),
             remarks=self._remarks.all(),
             trips={vehicle: each for vehicle, each in enumerate(ends) if each is not None},
             exact_depart_s=exact_s[order],
+            beside=self._beside.found(
+                self._types.xml_for_sumo, tuple(inner for _, inner in self._kinds)
+            ),
         )
 
     def _empty(self, where: str) -> DemandError:

@@ -22,8 +22,8 @@ TEXTS = {
     "go to",
     "ends-first": "entries end before they begin, or before second 0, and are left out, as "
     "CityFlow does; correct startTime or endTime",
-    "no-road-vehicle": "are bicycles, trains, pedestrians and the like and are left out; only road "
-    "vehicles with a motor are simulated",
+    "no-road-vehicle": "are bicycles, trains and the like: SUMO drives them as traffic that others "
+    "meet, the queue simulator leaves them out; measures are of road vehicles with a motor",
     "zone": "begin or end in a zone or at a coordinate and are left out; give edges, for example "
     "with duarouter",
     "stops-only": "have stops instead of an edge to go to and are left out; give the edge",

@@ -77,12 +77,23 @@ _BUILT_IN = {
 }
 
 
+def without_motor(classes: Classes) -> bool:
+    """Tell whether no class among these is one of road vehicles with a motor (ours)."""
+    return bool(classes) and not classes & set(CLASS_LENGTH_M)
+
+
 class VehicleTypes:
     """The types and distributions of types that were defined so far (ours)."""
 
     def __init__(self) -> None:
         self._types: dict[str, VehicleType] = {}
         self._definitions: list[str] = []
+        self._for_sumo: list[str] = []
+
+    @property
+    def xml_for_sumo(self) -> str:
+        """The same with the devices that SUMO alone acts on."""
+        return "".join(f"{text}\n" for text in self._for_sumo)
 
     @property
     def xml(self) -> str:
@@ -103,11 +114,13 @@ class VehicleTypes:
                 "there is another vehicle type of this id", mend="rename or remove one of them"
             )
         definition = without_acting(entry.element)
+        for_sumo = without_acting(entry.element, for_sumo=True)
         if entry.element.tag == "vType":
             self._types[name] = _type(entry)
         else:
-            self._types[name] = self._distribution(entry, definition)
+            self._types[name] = self._distribution(entry, (definition, for_sumo))
         self._definitions.append(_text(definition))
+        self._for_sumo.append(_text(for_sumo))
 
     def of(self, entry: Entry) -> VehicleType:
         """Return the type that a vehicle or flow names, SUMO's default if it names none.
@@ -129,8 +142,8 @@ class VehicleTypes:
             )
         return found
 
-    def _distribution(self, entry: Entry, definition: Element) -> VehicleType:
-        """Read a distribution; in its definition the shares become those of scaled members."""
+    def _distribution(self, entry: Entry, definitions: Sequence[Element]) -> VehicleType:
+        """Read a distribution; in its definitions the shares become those of scaled members."""
         members: list[VehicleType] = []
         weights: list[float] = []
         ids: list[str] = []
@@ -157,11 +170,12 @@ class VehicleTypes:
         scaled = [w * member.scale for w, member in zip(weights, members, strict=True)]
         scale = sum(scaled) / total
         if scale and any(member.scale != 1 for member in members):
-            nested = definition.findall("vType")
-            for child, weight in zip(nested, scaled, strict=False):
-                child.set("probability", repr(weight))
-            if names:
-                definition.set("probabilities", " ".join(map(repr, scaled[len(nested) :])))
+            for definition in definitions:
+                nested = definition.findall("vType")
+                for child, weight in zip(nested, scaled, strict=False):
+                    child.set("probability", repr(weight))
+                if names:
+                    definition.set("probabilities", " ".join(map(repr, scaled[len(nested) :])))
         devices = [(name, on) for member in members for name, on in member.devices.items()]
         drawn = zip((*ids, *names), scaled, members, strict=True)
         apart = road and len({member.classes for member in members}) > 1

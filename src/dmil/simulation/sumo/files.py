@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 from xml.sax.saxutils import escape, quoteattr
 
 from dmil.demand import Vehicles
+from dmil.demand.sumo.beside import NOTHING, Beside
 from dmil.network.sumo import SumoSignals, write_sumo_network
 from dmil.scenarios import Scenario
 
 Model = Literal["micro", "meso"]
-PROGRAMS = "programs.add.xml"
+PROGRAMS, DEFINED, BESIDE = "programs.add.xml", "defined.add.xml", "beside.rou.xml"
 
 OWN_KIND = {"departLane": "best", "departSpeed": "max"}
 """Attributes of vehicles that no SUMO file describes: they drive in at the speed of the traffic, on
 the lane that their route needs, as vehicles do that come from a road outside."""
+
+OWN_OPTIONS = {"step-length": "1", "time-to-teleport": "-1"}
+"""Options that a scenario's own go over."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,10 +40,12 @@ class RunFiles:
         SUMO's time at 0 s of a run.
     kinds
         Attributes of ``<vehicle>`` for every `Vehicles.kind`.
-    vehicle_types_xml
-        Definitions of the vehicle types that the attributes name.
-    programs_file
-        Signal programs beside the network's, None where there are none.
+    beside
+        What SUMO runs beside the vehicles of a run, and the types that all of them name.
+    additional_files
+        Signal programs beside the network's, stopping places, rerouters and the like.
+    beside_file
+        Route file of the vehicles that SUMO drives beside those of a run, None without any.
     further_options
         More options of ``sumo``, as (name, value).
     """
@@ -49,8 +55,9 @@ class RunFiles:
     signals: tuple[SumoSignals, ...]
     begin_s: int = 0
     kinds: tuple[Mapping[str, str], ...] = ()
-    vehicle_types_xml: str = ""
-    programs_file: Path | None = None
+    beside: Beside = NOTHING
+    additional_files: tuple[Path, ...] = ()
+    beside_file: Path | None = None
     further_options: tuple[tuple[str, str], ...] = ()
 
 
@@ -73,18 +80,24 @@ def run_files(scenario: Scenario, folder: Path) -> RunFiles:
     if sumo is None:
         written = write_sumo_network(scenario.network, folder)
         return RunFiles(written.net_file, written.edges, written.signals)
-    programs_file = None
-    if sumo.programs_xml:
-        programs_file = folder / PROGRAMS
-        programs_file.write_text(f"<additional>\n{sumo.programs_xml}</additional>\n", "utf-8")
+    additional = []
+    for name, text in ((PROGRAMS, sumo.programs_xml), (DEFINED, sumo.beside.definitions_xml)):
+        if text:
+            additional.append(folder / name)
+            additional[-1].write_text(f"<additional>\n{text}</additional>\n", "utf-8")
+    beside_file = None
+    if sumo.beside.vehicles_xml:
+        beside_file = folder / BESIDE
+        beside_file.write_text(f"<routes>\n{sumo.beside.vehicles_xml}</routes>\n", "utf-8")
     return RunFiles(
         net_file=sumo.net_file,
         edges=tuple(link.id for link in links),
         signals=sumo.signals,
         begin_s=sumo.begin_s,
         kinds=sumo.kinds,
-        vehicle_types_xml=sumo.vehicle_types_xml,
-        programs_file=programs_file,
+        beside=sumo.beside,
+        additional_files=tuple(additional),
+        beside_file=beside_file,
         further_options=sumo.options,
     )
 
@@ -94,14 +107,14 @@ def options(
 ) -> list[str]:
     """Return the options of ``sumo`` for a run (RESCO's where it sets any).
 
-    Nobody is teleported. Trips that have not ended are written too when the run does.
+    Nobody is teleported, unless the scenario's own options say after what time. Trips that have not
+    ended are written too when the run does.
     """
     chosen = [
         *("--net-file", str(files.net_file)),
-        *("--route-files", str(routes)),
+        *("--route-files", ",".join(str(file) for file in (routes, files.beside_file) if file)),
         *("--begin", str(files.begin_s)),
         *("--seed", str(seed % 2**31)),
-        *("--time-to-teleport", "-1"),
         *("--xml-validation", "never"),
         *("--xml-validation.net", "never"),
         *("--xml-validation.routes", "never"),
@@ -109,9 +122,9 @@ def options(
         "--no-step-log",
         "--duration-log.disable",
     ]
-    if files.programs_file:
-        chosen += ["--additional-files", str(files.programs_file)]
-    for name, value in {"step-length": "1", **dict(files.further_options)}.items():
+    if files.additional_files:
+        chosen += ["--additional-files", ",".join(map(str, files.additional_files))]
+    for name, value in {**OWN_OPTIONS, **dict(files.further_options)}.items():
         chosen += [f"--{name}", value]
     if model == "meso":
         chosen += ["--mesosim", "--meso-junction-control", "true"]
@@ -120,23 +133,41 @@ def options(
     return chosen
 
 
+def together(chosen: Sequence[str], further: Sequence[str]) -> list[str]:
+    """Return options of ``sumo`` and more of them; of both, additional files are loaded (ours).
+
+    Parameters
+    ----------
+    chosen, further
+        Options and their values.
+    """
+    name = "--additional-files"
+    joined = list(chosen)
+    if name in joined and name in further:
+        further = list(further)
+        place = further.index(name)
+        joined[joined.index(name) + 1] += f",{further[place + 1]}"
+        del further[place : place + 2]
+    return [*joined, *further]
+
+
 def write_routes(file: Path, vehicles: Vehicles, files: RunFiles) -> None:
     """Write vehicles for SUMO; their ids are their numbers (ours)."""
     attributes = [_attributes(kind) for kind in files.kinds]
-    own = _attributes(OWN_KIND)
+    own, inner = _attributes(OWN_KIND), files.beside.inner_xml or ("",) * len(files.kinds)
     depart_s = (vehicles.depart_s + files.begin_s).tolist()
     offset = vehicles.route_offset.tolist()
     names = [escape(edge, {'"': "&quot;"}) for edge in files.edges]
     route = [names[link] for link in vehicles.route_links.tolist()]
     kind = None if vehicles.kind is None else vehicles.kind.tolist()
     with file.open("w", encoding="utf-8") as text:
-        text.write(f"<routes>\n{files.vehicle_types_xml}\n")
+        text.write(f"<routes>\n{files.beside.types_xml}\n")
         for v in range(len(vehicles)):
             shown = own if kind is None else attributes[kind[v]]
             links = " ".join(route[offset[v] : offset[v + 1]])
             text.write(
                 f'<vehicle id="{v}" depart="{depart_s[v]}"{shown}>'
-                f'<route edges="{links}"/></vehicle>\n'
+                f'<route edges="{links}"/>{"" if kind is None else inner[kind[v]]}</vehicle>\n'
             )
         text.write("</routes>\n")
 

@@ -23,6 +23,8 @@ EMISSIONS = ("CO2_abs", "fuel_abs")
 class Outputs:
     """Reads what SUMO appends to its file of trips (SUMO's documentation of "tripinfo").
 
+    Vehicles whose id is no number SUMO drives beside those of the run; they do not count.
+
     Parameters
     ----------
     file
@@ -31,6 +33,7 @@ class Outputs:
 
     file: Path
     _read: int = 0
+    _measured: bool = False
     _trips: list[list[float]] = field(default_factory=list)
 
     def update(self) -> None:
@@ -43,8 +46,10 @@ class Outputs:
         for match in _ELEMENT.finditer(new):
             values = dict(_ATTRIBUTE.findall(match[0]))
             if match[1] == b"tripinfo":
-                self._trips.append([*_numbers(values, TRIP), 0.0, 0.0])
-            else:
+                self._measured = values[b"id"].isdigit()
+                if self._measured:
+                    self._trips.append([*_numbers(values, TRIP), 0.0, 0.0])
+            elif self._measured:
                 self._trips[-1][-2:] = [mg / MG_PER_G for mg in _numbers(values, EMISSIONS)]
 
     @property

@@ -22,7 +22,14 @@ from dmil.simulation.sumo.approaches import (
     rerouted,
 )
 from dmil.simulation.sumo.crossings import Crossings
-from dmil.simulation.sumo.files import Model, RunFiles, options, run_files, write_routes
+from dmil.simulation.sumo.files import (
+    Model,
+    RunFiles,
+    options,
+    run_files,
+    together,
+    write_routes,
+)
 from dmil.simulation.sumo.process import SumoProcess, require_sumo
 from dmil.simulation.sumo.signals import SignalHeads, walk_ends
 from dmil.simulation.timing import ACTUATED, checked_phases, signals_of
@@ -156,8 +163,9 @@ class SumoSimulator:
             emissions=self._emissions,
         )
         if self._further_options is not None:
-            chosen += self._further_options(self._files)
-        process.ask("start", [*chosen, "--tripinfo-output", str(output)])
+            chosen = together(chosen, self._further_options(self._files))
+        stops = any("<stop" in inner for inner in self._files.beside.inner_xml)
+        process.ask("start", [*chosen, "--tripinfo-output", str(output)], stops)
         times = signal_times(self._scenario.timing, self.network)
         self._heads = SignalHeads(
             self._signals,

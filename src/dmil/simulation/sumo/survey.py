@@ -111,12 +111,15 @@ class SurveyFiles:
         left_s = np.full(vehicles.route_links.size, np.nan)
         offset, links = vehicles.route_offset, vehicles.route_links
         names = [quoteattr(edge)[1:-1].encode() for edge in self._files.edges]
-        vehicle = -1
+        vehicle, measured = -1, False
         for kind, values in _elements(self.folder / "routes.xml", b"vehicle|route"):
             if kind == b"vehicle":
+                measured = values[b"id"].isdigit()
+                if not measured:
+                    continue
                 vehicle = int(values[b"id"])
                 entered_s[vehicle] = float(values[b"depart"]) - begin_s
-            elif b"exitTimes" in values:
+            elif measured and b"exitTimes" in values:
                 first, last = offset[vehicle], offset[vehicle + 1]
                 if values[b"edges"].split() != [names[link] for link in links[first:last]]:
                     continue  # SUMO has sent it elsewhere
@@ -140,7 +143,7 @@ class SurveyFiles:
         offset, links = vehicles.route_offset, vehicles.route_links
         crossed_s, lane = np.full(links.size, np.nan), np.full(links.size, -1, np.int64)
         for _, values in _elements(self.folder / "crossings.xml", b"instantOut"):
-            if values[b"state"] != b"enter":
+            if values[b"state"] != b"enter" or not values[b"vehID"].isdigit():
                 continue
             vehicle, number = int(values[b"vehID"]), int(values[b"id"])
             first, last = offset[vehicle], offset[vehicle + 1]

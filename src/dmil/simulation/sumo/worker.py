@@ -32,14 +32,16 @@ class Worker:
     def __init__(self) -> None:
         self._own_program: dict[str, str] = {}
         self._route: dict[str, str] = {}
+        self._stops = False
         self._meso, self._longest_crossing_m = False, 0.0
         self._flush_outputs: Any = getattr(
             ctypes.CDLL(libsumo._libsumo.__file__), "_ZN12OutputDevice8flushAllEv", None
         )
 
-    def start(self, options: list[str]) -> None:
-        """Begin a run with options of the program ``sumo``."""
+    def start(self, options: list[str], stops: bool = False) -> None:
+        """Begin a run with options of the program ``sumo``; say whether vehicles have stops."""
         libsumo.start(["sumo", *options])
+        self._stops = stops
         self._meso = "--mesosim" in options
         lanes = libsumo.lane
         crossings_m = [lanes.getLength(name) for name in lanes.getIDList() if name[0] == ":"]
@@ -72,7 +74,7 @@ class Worker:
             if second < steps:
                 libsumo.trafficlight.setRedYellowGreenState(name, state)
         libsumo.simulationStep(begin_s + steps)
-        names = libsumo.vehicle.getIDList()
+        names = _measured()
         return self.look(names), self.elsewhere(names)
 
     def look(self, names: Sequence[str]) -> bytes:
@@ -87,7 +89,7 @@ class Worker:
         seen.extend(map(vehicle.getRouteIndex, names))
         positions_m = list(map(vehicle.getLanePosition, names))
         seen.extend(positions_m)
-        seen.extend(map(vehicle.getSpeed, names))
+        seen.extend(map(self._speed, names) if self._stops else map(vehicle.getSpeed, names))
         longest_m, road = self._longest_crossing_m, vehicle.getRoadID
         seen.extend(
             [
@@ -96,6 +98,12 @@ class Worker:
             ]
         )
         return seen.tobytes()
+
+    @staticmethod
+    def _speed(name: str) -> float:
+        """Return a speed, −1 at a stop: who stands there waits for no signal."""
+        vehicle = libsumo.vehicle
+        return -1.0 if vehicle.isStopped(name) else vehicle.getSpeed(name)
 
     def elsewhere(self, names: Sequence[str]) -> dict[int, tuple[str, ...]]:
         """Return the vehicles that have got another route since the last call, and its edges.
@@ -120,7 +128,7 @@ class Worker:
         if self._flush_outputs:
             self._flush_outputs()
         vehicle, seen = libsumo.vehicle, array("d")
-        for name in vehicle.getIDList():
+        for name in _measured():
             halting_s = float(vehicle.getParameter(name, "device.tripinfo.waitingTime"))
             if self._meso:
                 # The device adds a halt of the mesoscopic model when it is over.
@@ -144,6 +152,11 @@ class Worker:
             signals.setProgramLogic(name, _actuated(logics[own]))
         if signals.getProgram(name) != wanted:
             signals.setProgram(name, wanted)
+
+
+def _measured() -> list[str]:
+    """Return the vehicles in the network that are a run's own: their ids are numbers."""
+    return [name for name in libsumo.vehicle.getIDList() if name.isdecimal()]
 
 
 def _actuated(logic: Any) -> Any:
