@@ -81,6 +81,9 @@ class Accounts:
         delay_s = time_s - depart_s
         delay_s[ids] = done[:, 2]
         delay_s[under_way[:, 0].astype(np.int64)] = under_way[:, 1]
+        # Only SUMO's output knows those that it is moving on out of a jam (teleports) at the end.
+        unfinished = trips[trips[:, 1] < 0]
+        delay_s[unfinished[:, 0].astype(np.int64)] = unfinished[:, 2]
         travel_s = time_s - depart_s
         travel_s[ids] = arrival_s - depart_s[ids]
         arrived_at = _count_until(arrival_s, time_s)

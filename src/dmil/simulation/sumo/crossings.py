@@ -38,7 +38,8 @@ class Crossings:
         vehicle, links = seen[0].astype(np.int64), np.diff(ways.offset)[ways.route]
         there = np.zeros_like(self._there)
         there[vehicle] = True
-        gone = self._there & ~there  # nobody is teleported: who is not there any more has arrived
+        # Who is not there any more has arrived. (Or SUMO teleports it; then it soon is back.)
+        gone = self._there & ~there
         self._links_behind[gone] = links[gone]
         # On a junction its stop line is crossed: what counts is the link behind it.
         behind = seen[1].astype(np.int64) + seen[4].astype(np.int64)
