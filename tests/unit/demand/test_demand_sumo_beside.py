@@ -44,6 +44,23 @@ def test_bicycles_are_sumos_alone_and_their_ids_are_no_numbers(read):
     assert remarks(demand) == {"after-end": 1, "no-road-vehicle": 3}
 
 
+def test_bicycles_of_a_distribution_are_sumos_alone_too(read):
+    demand = read(
+        '<vTypeDistribution id="d"><vType id="c"/><vType id="b" vClass="bicycle"/>'
+        "</vTypeDistribution>"
+        + CAR
+        + ROUTE
+        + '<flow id="f" type="d" begin="2" number="40" period="1" route="r"/>'
+    )
+    aside = remarks(demand)["no-road-vehicle"]
+    assert 5 < aside < 35
+    assert len(demand.recorded.recorded) == 41 - aside
+    found = elements(demand.beside.vehicles_xml)
+    assert len({each.get("id") for each in found}) == len(found) == aside
+    assert {each.get("type") for each in found} == {"b"}
+    assert demand.vehicle_space_m == 7.5
+
+
 def test_flows_at_random_stay_flows_under_a_scale(read):
     demand = read(
         BICYCLE

@@ -152,6 +152,8 @@ class Collector:
 
     def drive(self, entry: Entry, departures: Listed | Drawn) -> None:
         """Let SUMO drive the vehicles of an element, as often and when they depart (ours)."""
+        if not departures.mean_veh:
+            return
         element = deepcopy(entry.element)
         self._use(element.get("route", ""))
         for child in element:

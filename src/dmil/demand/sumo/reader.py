@@ -17,7 +17,7 @@ from dmil.demand.sumo.departures import Drawn, Listed, Quota, Window, shared_out
 from dmil.demand.sumo.entry import Entry
 from dmil.demand.sumo.flows import departure_of_vehicle, departures_of_flow
 from dmil.demand.sumo.remarks import DemandRemark, Remarks
-from dmil.demand.sumo.types import VehicleType, VehicleTypes, without_motor
+from dmil.demand.sumo.types import VehicleType, VehicleTypes
 from dmil.demand.sumo.ways import Ends, Unusable, Ways, ends_of
 from dmil.errors import DemandError
 from dmil.network import RoadNetwork
@@ -200,9 +200,6 @@ class _Reading:
         if stops and stops.edges and set(stops.edges) <= self._network.link_index.keys():
             entry = through(entry, stops.edges)
         choice = self._ways.of(entry, vehicle_type.classes)
-        if isinstance(choice, Unusable) and without_motor(vehicle_type.classes):
-            self._set_aside(entry, departures)
-            return
         self._total_veh += _count(departures)
         if isinstance(choice, Unusable):
             if choice.kind == "unknown-road":
@@ -216,7 +213,8 @@ class _Reading:
         if not inside.mean_veh:
             return
         if stops:
-            made = all(stops.lie_on(self._names(links)) for links, _ in choice)
+            links = self._network.links
+            made = all(stops.lie_on([links[link].id for link in way]) for way, _ in choice)
             self._remarks.add("stops" if made else "stops-off", entry.id, _count(inside))
             stops = stops if made else None
         self._note_children(entry, vehicle_type, _count(inside))
@@ -240,12 +238,8 @@ class _Reading:
             self._leave_out(entry, "zone", departures)  # zones are not read
             return
         inside = self._inside(entry, departures)
-        if inside.mean_veh:
-            self._beside.drive(entry, inside)
-            self._leave_out(entry, "no-road-vehicle", inside)
-
-    def _names(self, links: Sequence[int]) -> list[str]:
-        return [self._network.links[link].id for link in links]
+        self._beside.drive(entry, inside)
+        self._leave_out(entry, "no-road-vehicle", inside)
 
     def _inside(self, entry: Entry, departures: Listed | Drawn) -> Listed | Drawn:
         """Leave out the departures before the beginning and those at or after the end."""

@@ -77,11 +77,6 @@ _BUILT_IN = {
 }
 
 
-def without_motor(classes: Classes) -> bool:
-    """Tell whether no class among these is one of road vehicles with a motor (ours)."""
-    return bool(classes) and not classes & set(CLASS_LENGTH_M)
-
-
 class VehicleTypes:
     """The types and distributions of types that were defined so far (ours)."""
 
@@ -164,9 +159,12 @@ class VehicleTypes:
         if not total > 0:
             raise entry.error("it has no types", expected="at least one of a probability above 0")
         road = any(member.road for member in members)
-        space_m = (
-            sum(w * member.space_m for w, member in zip(weights, members, strict=True)) / total
-        )
+        sizes = [
+            (w, member.space_m)
+            for w, member in zip(weights, members, strict=True)
+            if member.road or not road
+        ]
+        space_m = sum(w * size_m for w, size_m in sizes) / (sum(w for w, _ in sizes) or 1)
         scaled = [w * member.scale for w, member in zip(weights, members, strict=True)]
         scale = sum(scaled) / total
         if scale and any(member.scale != 1 for member in members):
@@ -183,9 +181,9 @@ class VehicleTypes:
             road,
             space_m,
             Classes().union(*(member.classes for member in members)),
-            # Bicycles among cars drive as SUMO would let them: with ways of their own.
+            # A way that was found for one class is none for another.
             tuple(
-                (name, w / sum(scaled), replace(each, road=True, space_m=space_m))
+                (name, w / sum(scaled), replace(each, space_m=space_m))
                 for name, w, each in drawn
                 if apart and w
             ),
