@@ -131,6 +131,7 @@ def sumo_scenario(
             kinds=demand.kinds,
             classes=demand.classes,
             vehicle_types_xml=demand.vehicle_types_xml,
+            persons_xml=demand.persons_xml,
             begin_s=begin_s,
             routing=chosen,
             programs_xml=roads.added_programs_xml,

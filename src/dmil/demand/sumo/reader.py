@@ -16,6 +16,7 @@ from dmil.demand.sumo.demand import Stream, SumoDemand
 from dmil.demand.sumo.departures import Drawn, Listed, Quota, Window, shared_out
 from dmil.demand.sumo.entry import Entry
 from dmil.demand.sumo.flows import departure_of_vehicle, departures_of_flow
+from dmil.demand.sumo.persons import Persons
 from dmil.demand.sumo.remarks import DemandRemark, Remarks
 from dmil.demand.sumo.types import VehicleType, VehicleTypes
 from dmil.demand.sumo.ways import Ends, Unusable, Ways, ends_of
@@ -26,6 +27,7 @@ from dmil.network.xml_file import iter_elements
 from dmil.seeding import stream
 
 VEHICLES = ("vehicle", "trip", "flow")
+PERSONS = ("person", "personFlow")
 ROOTS = ("routes", "additional")
 ANOTHER_NETWORK = 0.9
 """Share of vehicles on unknown edges from which on the files belong to another network."""
@@ -36,7 +38,7 @@ _KEPT = (
     *("speedFactor", "insertionChecks"),
 )
 _COUNTED = {**DEFINITIONS, "tlLogic": "signal-program"}
-_READ = (*VEHICLES, "vType", "vTypeDistribution", "route", "routeDistribution", *_COUNTED)
+_READ = (*VEHICLES, "vType", "vTypeDistribution", "route", "routeDistribution", *PERSONS, *_COUNTED)
 
 
 def read_sumo_routes(
@@ -117,6 +119,7 @@ class _Reading:
         self._stopping: set[str] = set()
         self._types = VehicleTypes()
         self._ways = Ways(network)
+        self._persons = Persons()
         self._remarks = Remarks()
         self._ids: set[tuple[str, str]] = set()
         self._kinds: dict[tuple[tuple[str, str], ...], int] = {}
@@ -153,9 +156,10 @@ class _Reading:
                 self._ways.define(entry)
                 if next(element.iter("stop"), None) is not None:
                     self._stopping.add(entry.id)
-            else:
-                if in_order or element.tag != "tlLogic":  # of additional files it is read
-                    self._remarks.add(_COUNTED[element.tag], entry.id)
+            elif element.tag in PERSONS:
+                self._remarks.add(self._persons.take(entry, self._types), entry.id)
+            elif in_order or element.tag != "tlLogic":  # of additional files it is read
+                self._remarks.add(_COUNTED[element.tag], entry.id)
 
     def _departures(self, entry: Entry) -> Listed | Drawn | None:
         name = entry.required("id")
@@ -302,6 +306,7 @@ class _Reading:
             kinds=tuple(dict(given) for given in self._kinds),
             classes=tuple(self._classes),
             vehicle_types_xml=self._types.xml,
+            persons_xml=self._persons.xml,
             vehicle_space_m=_mean(self._veh_of_space_m),
             remarks=self._remarks.all(),
             trips={vehicle: each for vehicle, each in enumerate(ends) if each is not None},

@@ -35,6 +35,10 @@ TEXTS = {
     "as an additional one",
 }
 """Kind of remark to what it says after a number and an example."""
+LEFT_OUT = frozenset(
+    {"unsorted", "unknown-road", "no-way", "one-road", "ends-first", "zone", "stops-only"}
+)
+"""Kinds of vehicles that the user thinks he has: every command tells them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +77,18 @@ def remarks_on_options(options: Iterable[str], vehicles: int) -> tuple[DemandRem
     return tuple(
         DemandRemark(kind, vehicles, option, TEXTS[kind]) for kind, option in found if kind
     )
+
+
+def remarks_of(demand: object) -> tuple[DemandRemark, ...]:
+    """Return what was left out of the files of a demand; nothing where there are none (ours).
+
+    Parameters
+    ----------
+    demand
+        Any; of days drawn from recorded ones, those.
+    """
+    found: tuple[DemandRemark, ...] = getattr(getattr(demand, "base", demand), "remarks", ())
+    return found
 
 
 class Remarks:

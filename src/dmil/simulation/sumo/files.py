@@ -13,7 +13,7 @@ from dmil.network.sumo import SumoSignals, write_sumo_network
 from dmil.scenarios import Scenario
 
 Model = Literal["micro", "meso"]
-PROGRAMS = "programs.add.xml"
+PROGRAMS, PERSONS = "programs.add.xml", "persons.rou.xml"
 
 OWN_KIND = {"departLane": "best", "departSpeed": "max"}
 """Attributes of vehicles that no SUMO file describes: they drive in at the speed of the traffic, on
@@ -40,6 +40,8 @@ class RunFiles:
         Definitions of the vehicle types that the attributes name.
     programs_file
         Signal programs beside the network's, None where there are none.
+    persons_file
+        Persons who walk, None where there are none.
     further_options
         More options of ``sumo``, as (name, value).
     """
@@ -51,6 +53,7 @@ class RunFiles:
     kinds: tuple[Mapping[str, str], ...] = ()
     vehicle_types_xml: str = ""
     programs_file: Path | None = None
+    persons_file: Path | None = None
     further_options: tuple[tuple[str, str], ...] = ()
 
 
@@ -73,10 +76,13 @@ def run_files(scenario: Scenario, folder: Path) -> RunFiles:
     if sumo is None:
         written = write_sumo_network(scenario.network, folder)
         return RunFiles(written.net_file, written.edges, written.signals)
-    programs_file = None
+    programs_file = persons_file = None
     if sumo.programs_xml:
         programs_file = folder / PROGRAMS
         programs_file.write_text(f"<additional>\n{sumo.programs_xml}</additional>\n", "utf-8")
+    if sumo.persons_xml:
+        persons_file = folder / PERSONS
+        persons_file.write_text(f"<routes>\n{sumo.persons_xml}</routes>\n", "utf-8")
     return RunFiles(
         net_file=sumo.net_file,
         edges=tuple(link.id for link in links),
@@ -85,6 +91,7 @@ def run_files(scenario: Scenario, folder: Path) -> RunFiles:
         kinds=sumo.kinds,
         vehicle_types_xml=sumo.vehicle_types_xml,
         programs_file=programs_file,
+        persons_file=persons_file,
         further_options=sumo.options,
     )
 
@@ -96,9 +103,11 @@ def options(
 
     Nobody is teleported. Trips that have not ended are written too when the run does.
     """
+    # The types of persons are defined in the file of vehicles: it comes first.
+    demand = [routes, files.persons_file] if files.persons_file else [routes]
     chosen = [
         *("--net-file", str(files.net_file)),
-        *("--route-files", str(routes)),
+        *("--route-files", ",".join(map(str, demand))),
         *("--begin", str(files.begin_s)),
         *("--seed", str(seed % 2**31)),
         *("--time-to-teleport", "-1"),
