@@ -20,7 +20,8 @@ def answer(found: Comparison) -> str:
     """Say in one or two sentences which contender to use (ours).
 
     Those whose paired difference to the one with the least mean delay has an interval with 0 in it
-    are level with it, unless they lock in some seeds and it does not. On one recorded day, or in one seed, it says no more than what was seen.
+    are level with it, unless they lock in some seeds and it does not. On one recorded day, or in
+    one seed, it says no more than what was seen.
 
     Parameters
     ----------
