@@ -125,8 +125,8 @@ def spoil_shape(roadnet, flow):
     del roadnet["roads"][0]["points"]
 
 
-def spoil_rate(roadnet, flow):
-    flow[3]["startTime"] = -5
+def spoil_times(roadnet, flow):
+    flow[3].update(startTime=-5, endTime=-3)
 
 
 def spoil_end(roadnet, flow):
@@ -152,10 +152,8 @@ BAD_FILES = {
     "a road that takes for ever": (spoil_speed, "roadnet.json", "to drive along it takes"),
     "a road without lanes": (spoil_lanes, "roadnet.json", "list should have at least 1 item"),
     "a route over a road that does not exist": (spoil_route, "flow.json", "'nowhere'"),
-    "roads that are not connected": (spoil_way, "flow.json", "no way from 'E_in' to 'N_out'"),
     "a phase naming a movement that does not exist": (spoil_phase, "roadnet.json", "44"),
     "JSON of the wrong shape": (spoil_shape, "roadnet.json", "points"),
-    "a vehicle before the beginning": (spoil_rate, "flow.json", "-5"),
 }
 
 
@@ -165,6 +163,18 @@ def test_a_bad_file_is_named(case, dmil, city):
     folder = city(spoil)
     done = dmil("simulate", "--scenario", f"cityflow:{folder}", code=2)
     judge(done, file, said)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (spoil_way, "1 cannot be driven, since no way of the network leads on"),
+        (spoil_times, "1 entries end before they begin, or before second 0"),
+    ],
+)
+def test_what_cityflow_drops_is_dropped_and_told(dmil, city, spoil, said):
+    done = dmil("simulate", "--scenario", f"cityflow:{city(spoil)}", code=0)
+    assert f"Warning: {said}" in " ".join(done.err.split())
 
 
 def test_a_mark_at_the_beginning_of_a_file_is_skipped(dmil, city):

@@ -78,9 +78,9 @@ class Drive:
     def step(self, time_s):
         """Run one second; at a decision ask for random phases. Return what was asked for."""
         timing = self.scenario.timing
-        wanted, rules = self.state.phase.copy(), rules_of(timing)
-        if time_s % timing.decision_interval_s:
-            rules = rules._replace(max_green_s=0)  # no decision: nobody is overruled
+        wanted, rules = self.state.phase.copy(), rules_of(timing, self.network)
+        if time_s % timing.decision_interval_s:  # no decision: nobody is overruled
+            rules = rules._replace(max_green_s=np.zeros_like(rules.max_green_s))
         else:
             wanted[:] = self.rng.integers(0, self.layout.signals.phase_count)
         kernel.advance(

@@ -1,5 +1,6 @@
 """The server of worker processes does not hear Ctrl-C."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -30,6 +31,8 @@ def test_ctrl_c_while_it_imports_is_silent(tmp_path):
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM],
         cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+        timeout=60,
         stderr=subprocess.PIPE,
         text=True,
         check=False,

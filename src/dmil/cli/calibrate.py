@@ -26,6 +26,7 @@ from dmil.compilation import is_cold
 from dmil.errors import InputError
 from dmil.scenarios import Scenario
 from dmil.scenarios.calibration import Calibration
+from dmil.scenarios.names import shown
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED
 from dmil.studies import compile_kernels
@@ -107,7 +108,7 @@ def command(settings: CalibrateParameters, json: bool) -> None:
     if json:
         print_json(_as_json(found, compared, settings.out))
         return
-    show(f"{scenario.name}, {scenario.horizon_s} s under {found.controller}", "")
+    show(f"{shown(scenario.name)}, {scenario.horizon_s} s under {found.controller}", "")
     show(_measured(found, scenario))
     if compared:
         show("", _compared(compared))

@@ -13,9 +13,9 @@ from dmil.cli.parameters import Option, set_option, split
 from dmil.cli.terminal import say
 from dmil.controllers import CONTROLLERS, make_settings
 from dmil.controllers.variants import Variant, parse_variant
-from dmil.demand import SumoDemand
 from dmil.demand.arrivals import DEFAULT_BATCH_VEH
 from dmil.demand.sumo.acting import ACTING
+from dmil.demand.sumo.remarks import LEFT_OUT, remarks_of
 from dmil.errors import InputError
 from dmil.importing import import_object
 from dmil.network.grid import ENTRY_LINK_TIME_S, LINK_TIME_S
@@ -255,10 +255,10 @@ def recipe_of(settings: ScenarioRecipe) -> ScenarioRecipe:
 
 
 def built(recipe: ScenarioRecipe) -> Scenario:
-    """Make the scenario, and say what of its files does not act on vehicles here (ours)."""
+    """Make the scenario; say which vehicles are left out, and what does not act on them (ours)."""
     made = recipe.build()
-    for remark in made.demand.remarks if isinstance(made.demand, SumoDemand) else ():
-        if remark.kind in ACTING:
+    for remark in remarks_of(made.demand):
+        if remark.kind in ACTING or remark.kind in LEFT_OUT:
             what = remark.text.partition(";")[0]
             say(f"Warning: {remark.count} {what} (first '{remark.example}').")
     return made

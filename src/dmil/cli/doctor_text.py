@@ -25,6 +25,7 @@ from dmil.cli.terminal import entries
 from dmil.doctor import Diagnosis, Finding
 from dmil.doctor.kind import Severity
 from dmil.doctor.traffic import PEAK_S
+from dmil.scenarios.names import shown
 
 MOST_ROWS = 24
 """Networks of more intersections are summarised by shape."""
@@ -47,7 +48,7 @@ def network_text(diagnosis: Diagnosis, everything: bool) -> Iterator[RenderableT
         Whether every intersection is shown whole.
     """
     facts, case = diagnosis.network, diagnosis.case
-    yield Text(case.name, "bold")
+    yield Text(shown(case.name), "bold")
     if case.files:
         yield inside(Text(", ".join(path.name for path in case.files), "dim"))
     yield ""

@@ -39,6 +39,7 @@ from dmil.compilation import is_cold
 from dmil.errors import InputError
 from dmil.scenarios import Scenario
 from dmil.scenarios.demand_changes import DemandChanges
+from dmil.scenarios.names import shown
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED
 from dmil.studies import LocalExecutor, compile_kernels
@@ -189,7 +190,7 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
         files = {"report": settings.report, "csv": settings.csv}
         print_json(as_json(found, scenario, notes) | files)
         return
-    show(f"{scenario.name}, {scenario.horizon_s} s, {seed_text}", "")
+    show(f"{shown(scenario.name)}, {scenario.horizon_s} s, {seed_text}", "")
     if found.withheld:
         show(found.withheld, "")
     show(answer(found), "")
@@ -251,4 +252,6 @@ def _write_report(
         if recipe.demand != DemandChanges() or recipe.ties is not None:
             case = replace(case, demand=scenario.demand)
         case = replace(case, timing=scenario.timing)
-        write_comparison(path, found, examine(case), title=scenario.name, about=about, notes=notes)
+        write_comparison(
+            path, found, examine(case), title=shown(scenario.name), about=about, notes=notes
+        )

@@ -11,7 +11,8 @@ import polars as pl
 from dmil.cli.evaluate_table import DIFFERENCES
 from dmil.cli.measures import UNFINISHED, own_or_s
 from dmil.controllers import CONTROLLERS
-from dmil.demand import CityflowDemand, ResampledDemand, SumoDemand
+from dmil.demand import ResampledDemand
+from dmil.demand.sumo.remarks import remarks_of
 from dmil.files import write_atomically
 from dmil.scenarios import Scenario
 from dmil.statistics import Estimate
@@ -88,10 +89,7 @@ def notes_of(
 
 def _left_out(scenario: Scenario) -> int:
     """Return how many vehicles the files have that this network has no way for."""
-    demand = scenario.demand
-    if isinstance(demand, ResampledDemand):
-        demand = demand.base
-    remarks = demand.remarks if isinstance(demand, SumoDemand | CityflowDemand) else ()
+    remarks = remarks_of(scenario.demand)
     return sum(each.count for each in remarks if each.kind in UNDRIVABLE)
 
 

@@ -19,6 +19,7 @@ DIFFERENCES = (
     "delay_s",
     "wait_per_spawned_s",
     "stops_per_spawned",
+    "person_delay_s",
     "co2_g",
 )
 """Measures whose differences to the reference are shown: of these, less is better."""
@@ -27,6 +28,7 @@ SHOWN = (
     Measure("delay_s", "delay", "s", 1),
     Measure("wait_per_spawned_s", "W, waiting", "s", 1),
     Measure("stops_per_spawned", "stops", "per vehicle", 2),
+    Measure("person_delay_s", "persons' delay", "s", 1, True),
     Measure("co2_g", "CO2", "kg, all vehicles", 1, True, 1e-3),
     Measure("throughput_veh_per_h", "throughput", "veh/h", 0),
     Measure("mean_queue_veh", "mean queue", "veh", 1),

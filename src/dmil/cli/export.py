@@ -34,6 +34,7 @@ from dmil.errors import InputError
 from dmil.network.sumo import SumoSignals, write_sumo_network
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
+from dmil.scenarios.names import shown
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED
 from dmil.simulation import make_simulator
@@ -158,7 +159,8 @@ def export(settings: ExportParameters, json: bool) -> None:
         print_json(_as_json(scenario, contender, files, plans, compared, notes))
         return
     changes = sum(event.from_phase != NONE for event in events)
-    show(f"{contender.label} on {scenario.name}, {scenario.horizon_s} s: {changes} phase changes")
+    where = f"{shown(scenario.name)}, {scenario.horizon_s} s"
+    show(f"{contender.label} on {where}: {changes} phase changes")
     for label, measures in compared.items():
         travel, delay = number(measures.travel_time_s, 1), number(measures.delay_s, 1)
         show(f"  {label:22s} in SUMO: travel time {travel} s, delay {delay} s")

@@ -36,6 +36,7 @@ from dmil.errors import InputError, OutputError
 from dmil.files import write_atomically
 from dmil.rewards import PAPER_CONSTANTS
 from dmil.scenarios import Scenario
+from dmil.scenarios.names import shown
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED, stream
 from dmil.simulation import make_simulator
@@ -166,7 +167,7 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
         )
         return
     seed_text = f"seeds {seeds[0]}–{seeds[-1]}" if len(seeds) > 1 else f"seed {seeds[0]}"
-    show(f"{contender.label} on {scenario.name}, {scenario.horizon_s} s, {seed_text}", "")
+    show(f"{contender.label} on {shown(scenario.name)}, {scenario.horizon_s} s, {seed_text}", "")
     show(_table(rows), UNFINISHED)
     if settings.series:
         say(f"Every second of it: {settings.series}")

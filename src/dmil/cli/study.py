@@ -113,6 +113,7 @@ RESCO_OPTIONS = (
     Option("first_seed", "--first-seed", "Study"),
     Option("episodes", "--episodes", "Study"),
     Option("horizon_s", "--steps", "Study"),
+    Option("resample", "--resample", "Study"),
     Option("train_in", "--train-in", "Study"),
     Option("judge", "--judge", "Study"),
     Option("calibrate", "--calibrate", "Study"),

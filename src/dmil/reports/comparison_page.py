@@ -23,6 +23,7 @@ COLUMNS: tuple[tuple[str, str, float, int, bool], ...] = (
     ("delay_s", "delay, s", 1.0, 1, True),
     ("travel_time_s", "travel time, s", 1.0, 1, True),
     ("stops_per_spawned", "stops per vehicle", 1.0, 2, True),
+    ("person_delay_s", "delay of persons, s", 1.0, 1, True),
     ("co2_g", "CO2, kg", 1e-3, 1, True),
     ("throughput_veh_per_h", "arrived, veh/h", 1.0, 0, False),
     ("overruled", "requests overruled", 1.0, 0, False),

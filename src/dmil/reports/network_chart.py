@@ -13,6 +13,7 @@ from dmil.reports.marks import Chart, heading
 from dmil.reports.paths import Points, beside, without_repeats
 from dmil.reports.sheet import Sheet, shortened, text_width
 from dmil.reports.theme import FAINT, INK
+from dmil.scenarios.names import shown
 
 LONGEST_PX, LEAST_PX, MARGIN_PX = 680, 150, 26
 LIST_PX, ROW_PX, FOOT_PX = 250, 15, 58
@@ -49,7 +50,7 @@ def network_chart(diagnosis: Diagnosis) -> Chart:
         f"{counted(facts.intersections, 'intersection')} of {counted(facts.shapes, 'shape')}; "
         f"{facts.links} links, {facts.road_km:.1f} km; North is up"
     )
-    return sheet.chart(heading(diagnosis.case.name, subtitle))
+    return sheet.chart(heading(shown(diagnosis.case.name), subtitle))
 
 
 class _Frame:

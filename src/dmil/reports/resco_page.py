@@ -162,6 +162,7 @@ class RescoReport:
             (pl.col("simulator") == made.judged.judge) & pl.col("reward").is_not_null()
         )
         return {
+            "resample": configuration.get("resample", False),
             "delays": _by(made.headline, "contender", "scenario"),
             "training": _by(made.training, "contender", "scenario"),
             "overall": made.overall.filter(pl.col("simulator") == made.judged.judge).rows(

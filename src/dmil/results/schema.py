@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import polars as pl
 
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +126,7 @@ RUNS: tuple[Column, ...] = (
     Column("stops_per_spawned", _REAL, "stops", "Halts inside the network per spawned vehicle."),
     Column("co2_g", _REAL, "g", "Carbon dioxide, SUMO's model; null where not computed."),
     Column("fuel_g", _REAL, "g", "Fuel, SUMO's model; null where not computed."),
+    Column("person_delay_s", _REAL, "s", "Mean standing time of persons; null where none walk."),
     Column("overruled", _WHOLE, "requests", "Phase requests that the timing rules did not grant."),
     Column("entries_per_agent", _REAL, "states", "Stored states at the horizon, mean over agents."),
     Column("entries_total", _WHOLE, "states", "Stored states, a shared table counted once."),

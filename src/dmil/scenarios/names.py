@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import PurePath
+
 KINDS = ("grid", "cityflow", "sumo")
 
 
@@ -34,3 +36,9 @@ def plain(name: str) -> str:
     if kind:
         return f"{kind}:{rest}"
     return f"sumo:{name}" if name.lower().endswith(".sumocfg") else name
+
+
+def shown(name: str) -> str:
+    """Return a name as headings show it: of a path only its last part (ours)."""
+    kind, rest = kind_of(name)
+    return PurePath(rest).name if kind in ("cityflow", "sumo") and rest else name

@@ -132,6 +132,7 @@ def sumo_scenario(
             kinds=demand.kinds,
             classes=demand.classes,
             beside=demand.beside,
+            persons_xml=demand.persons_xml,
             begin_s=begin_s,
             routing=chosen,
             programs_xml=roads.added_programs_xml,

@@ -37,6 +37,8 @@ class SumoFiles:
         Where the ways of trips are from; None where all vehicles have a route.
     programs_xml
         Signal programs and timetables beside the network's, as XML elements without a root element.
+    persons_xml
+        The persons who walk, as XML elements in the order of departure, without a root element.
     options
         Further options of ``sumo``, as (name, value).
     """
@@ -49,4 +51,5 @@ class SumoFiles:
     begin_s: int = 0
     routing: Routing | None = None
     programs_xml: str = ""
+    persons_xml: str = ""
     options: tuple[tuple[str, str], ...] = ()

@@ -66,6 +66,9 @@ COUNTING: dict[str, Counting] = {
     ),
     "co2_g": Counting("not known", "`CO2_abs` of SUMO's emission model, by its vehicle types"),
     "fuel_g": Counting("not known", "`fuel_abs`, likewise"),
+    "person_delay_s": Counting(
+        "nobody walks", "`waitingTime` of `personinfo`, the seconds below 0.1 m/s"
+    ),
 }
 """Raw count of `dmil.simulation.measures.Measures` to how it comes about."""
 

@@ -44,6 +44,8 @@ class Measures:
         V_c and vehicles waiting, outside included, after each second.
     co2_g, fuel_g: float
         Emissions and fuel in g; NaN where the simulator does not know.
+    person_delay_s: float
+        Mean time that a person who walks stands still, in s; NaN where nobody walks.
     """
 
     time_s: int
@@ -61,6 +63,7 @@ class Measures:
     queued_at: npt.NDArray[np.int32]
     co2_g: float = NAN
     fuel_g: float = NAN
+    person_delay_s: float = NAN
 
     @property
     def wait_per_spawned_s(self) -> float:
@@ -170,6 +173,13 @@ METRICS: dict[str, Metric] = {
     ),
     "fuel_g": Metric(
         "fuel", "g", "Fuel by SUMO's emission model, all vehicles.", lambda m: m.fuel_g
+    ),
+    "person_delay_s": Metric(
+        "delay of persons",
+        "s",
+        "Time that a person who walks stands still, most of it before crossings, per person that "
+        "has departed; those under way count up to the end of the run.",
+        lambda m: m.person_delay_s,
     ),
 }
 """Metrics by name, the same for every simulator; NaN where a simulator does not know."""

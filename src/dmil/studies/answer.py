@@ -20,7 +20,8 @@ def answer(found: Comparison) -> str:
     """Say in one or two sentences which contender to use (ours).
 
     Those whose paired difference to the one with the least mean delay has an interval with 0 in it
-    are level with it. On one recorded day, or in one seed, it says no more than what was seen.
+    are level with it, unless they lock in some seeds and it does not. On one recorded day, or in
+    one seed, it says no more than what was seen.
 
     Parameters
     ----------
@@ -105,6 +106,9 @@ def _shown(found: Comparison, usable: list[int], plan: int | None) -> str:
     difference = found.difference(METRIC, found.labels[best])
     assert difference is not None, "the best one is in the comparison"
     level = [i for i in usable if i == best or difference.low[i] <= 0]
+    # A mean that one locked run makes uncertain is no reason to call its controller as good.
+    if not _locks(found, best):
+        level = [i for i in level if not _locks(found, i)]
     names = [found.labels[i] for i in level]
     where = " On this one recorded day, that is: --resample tries others." * found.same_demand
     if plan in level:
@@ -139,6 +143,10 @@ def _is_rule(label: str) -> bool:
 
 
 def _warning(found: Comparison, best: int) -> str:
-    label = found.labels[best]
-    count = sum(each == label for each, _ in found.locked)
-    return f" But {_called(label)} locked in {count} of {len(found.seeds)} seeds." if count else ""
+    count, label = _locks(found, best), _called(found.labels[best])
+    return f" But {label} locked in {count} of {len(found.seeds)} seeds." if count else ""
+
+
+def _locks(found: Comparison, contender: int) -> int:
+    """Return in how many seeds a contender locked."""
+    return sum(label == found.labels[contender] for label, _ in found.locked)

@@ -164,6 +164,7 @@ def measures_row(measures: Measures, memory: MemoryUse) -> Row:
         "stops_per_spawned": measures.stops_per_spawned,
         "co2_g": _known(measures.co2_g),
         "fuel_g": _known(measures.fuel_g),
+        "person_delay_s": _known(measures.person_delay_s),
         "overruled": measures.overruled,
         "entries_per_agent": memory.entries,
         "entries_total": memory.entries_total,

@@ -176,7 +176,7 @@ def test_vehicles_of_additional_files_drive_in_any_order_and_alone(read):
         (f'{BICYCLE}<flow id="x" type="b" end="9" number="4" route="q"/>', "no-road-vehicle", 4),
         ('<trip id="x" type="DEFAULT_BIKETYPE" depart="5" from="q"/>', "no-road-vehicle", 1),
         ('<person id="x" depart="5"><walk edges="q"/></person>', "person", 1),
-        ('<personFlow id="x" begin="5" end="9" number="2"/>', "person", 1),
+        ('<personFlow id="x" begin="5" end="9" number="2"/>', "person-elsewhere", 1),
     ],
 )
 def test_what_cannot_be_simulated_is_left_out_and_counted(read, text, kind, count):
@@ -255,7 +255,10 @@ def test_if_no_vehicle_departs_in_time_the_first_departure_is_named(read):
     ("text", "message"),
     [
         ("", "routes.xml: no vehicle; expected"),
-        ('<person id="p" depart="0"/>', "routes.xml: no vehicle; expected"),
+        (
+            '<person id="p" depart="0"><walk edges="q"/></person>',
+            "routes.xml: no vehicle; expected",
+        ),
         (
             '<trip id="x" depart="5" from="0,0>W0" to="W0>0,0"/>',
             "no vehicle is left of 1; 1 cannot",

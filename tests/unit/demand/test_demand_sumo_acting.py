@@ -233,7 +233,9 @@ def test_a_vehicle_goes_over_its_type(routes, network):
     ("element", "kind"),
     [
         ('<person id="p" depart="0"><walk edges="left0A0"/></person>', "person"),
-        ('<person id="p" depart="0"><ride from="left0A0" to="A0B0" lines="x"/></person>', "person"),
+        ('<person id="p" depart="0"><ride from="left0A0" to="A0B0"/></person>', "person-elsewhere"),
+        ('<person id="p" depart="0"><walk to="A0B0" busStop="s"/></person>', "person-elsewhere"),
+        ('<person id="p" depart="triggered"><walk to="A0B0"/></person>', "person-elsewhere"),
         ('<personFlow id="p" begin="0" period="9"><walk edges="left0A0"/></personFlow>', "person"),
         ('<container id="p" depart="0"><tranship edges="left0A0"/></container>', "container"),
         ('<rerouter id="p" edges="A0B0"><interval/></rerouter>', "rerouter"),
@@ -303,4 +305,4 @@ def test_which_options_switch_what_on():
 def test_every_kind_is_documented():
     page = (Path(__file__).parents[3] / "docs/your-network.md").read_text(encoding="utf-8")
     assert acting_markdown() in page
-    assert Counter(each.treatment for each in ACTING.values())["acted on"] == 1
+    assert Counter(each.treatment for each in ACTING.values())["acted on"] == 2

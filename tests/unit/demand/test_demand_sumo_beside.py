@@ -34,7 +34,7 @@ def test_bicycles_are_sumos_alone_and_their_ids_are_no_numbers(read):
     assert (first.get("id"), first.get("depart"), first.get("type")) == ("beside:7.0", "9.000", "b")
     assert first[0].get("edges") == "lane 0,1>E0"
     assert third.attrib == {
-        "id": "beside:8.1",
+        "id": "beside:8.2",
         "depart": "19.500",
         "type": "b",
         "from": "W0>0,0",
@@ -72,7 +72,7 @@ def test_flows_at_random_stay_flows_under_a_scale(read):
     )
     found = [each.attrib for each in elements(demand.beside.vehicles_xml)]
     assert {**found[0]} == {
-        "id": "beside:p", "type": "b", "from": "q", "to": "r",
+        "id": "beside:p.0", "type": "b", "from": "q", "to": "r",
         "begin": "2.000", "end": "20.000", "probability": "0.4",
     }  # fmt: skip
     assert (found[1]["period"], found[1]["number"]) == ("exp(0.5)", "10")

@@ -62,7 +62,7 @@ def total(measures):
     return {
         item.name: getattr(measures, item.name)
         for item in fields(measures)
-        if item.name not in ("arrived_at", "queued_at", "co2_g", "fuel_g")
+        if item.name not in ("arrived_at", "queued_at", "co2_g", "fuel_g", "person_delay_s")
     }
 
 

@@ -89,6 +89,13 @@ def test_no_vehicle_no_answer():
     assert "no vehicle departed" in answer(comparison({PLAN: [np.nan] * 3, RULE: [np.nan] * 3}))
 
 
+def test_who_locks_is_not_level_with_the_best_one():
+    other = [16.3, 15.8, 900.0, 15.9, 16.1]
+    locked = {(MEMORY, 2): (Locked("X", 1240),)}
+    found = comparison({PLAN: around(40), RULE: around(16), MEMORY: other}, locked=locked)
+    assert answer(found).startswith(f"Use {CALLED}: it has the least delay, 16.0 s per vehicle")
+
+
 def test_a_locked_run_of_the_best_one_is_told():
     locked = {(MEMORY, 1): (Locked("X", 1240),)}
     found = comparison({PLAN: around(40), MEMORY: around(16)}, locked=locked)

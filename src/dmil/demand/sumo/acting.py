@@ -122,10 +122,18 @@ ACTING: Mapping[str, Acting] = {
         "Give them a departure in seconds.",
     ),
     "person": Acting(
-        "`<person>`, `<personFlow>` with walks and rides",
+        "`<person>`, `<personFlow>` who walk: `<walk>`, `<personTrip>`, `<stop>` on an edge",
+        "acted on",
+        "SUMO lets them walk, vehicles wait for them at crossings, and their delay is measured. In "
+        "the queue simulator nobody walks.",
+        "are persons, who walk in the SUMO simulator only",
+        "Nothing; where they hold up vehicles, judge with --simulator sumo.",
+    ),
+    "person-elsewhere": Acting(
+        "`<person>`, `<personFlow>` who ride, or go to a bus stop or another place by its name",
         "left out",
-        "Nobody walks or rides, and no vehicle waits for them.",
-        "are persons and are left out; only vehicles are simulated",
+        "Nobody rides, and no vehicle waits for them.",
+        "are persons who ride, or go to a bus stop or the like, and are left out",
     ),
     "container": Acting(
         "`<container>`, `<containerFlow>`",
@@ -162,8 +170,6 @@ ACTING: Mapping[str, Acting] = {
 """Every kind; those with a text are kinds of remarks and findings."""
 
 DEFINITIONS = {
-    "person": "person",
-    "personFlow": "person",
     "container": "container",
     "containerFlow": "container",
     "rerouter": "rerouter",

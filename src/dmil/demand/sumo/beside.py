@@ -175,20 +175,24 @@ class Collector:
         first_s = departures.first_s
         if stops and stops.timed:
             _set_inside(element, self._routes.get(element.attrib.get("route", "")))
-        for number, depart_s in enumerate(departures.depart_s.tolist()):
+        for depart_s in departures.depart_s.tolist():
             each = deepcopy(element)
-            each.set("id", f"{_PREFIX}{entry.id}.{number}")
+            each.set("id", self._id(entry))
             each.set("depart", f"{depart_s:.3f}")
             if stops and stops.timed:
                 for stop in each.iter("stop"):
                     stop.attrib.update(_moved(stop, depart_s - first_s))
             self._vehicles.append((depart_s, _text(each)))
 
+    def _id(self, entry: Entry) -> str:
+        """Return an id that no other vehicle has: of a distribution several kinds share one."""
+        return f"{_PREFIX}{entry.id}.{len(self._vehicles)}"
+
     def _flow(self, entry: Entry, element: Element, drawn: Drawn) -> None:
         """Leave departures at random to SUMO."""
         element.tag = "flow"
         rate = drawn.rate_per_s * drawn.scale
-        element.set("id", f"{_PREFIX}{entry.id}")
+        element.set("id", self._id(entry))
         element.set("begin", f"{drawn.begin_s:.3f}")
         element.attrib.pop("probability", None)
         if drawn.each_second:

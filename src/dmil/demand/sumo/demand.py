@@ -85,6 +85,8 @@ class SumoDemand:
         For those of the recorded vehicles whose route no file says: from where to where they go.
     exact_depart_s: (recorded vehicles,) float64
         Their departures before they were rounded up to whole seconds.
+    persons_xml
+        The persons who walk, as XML elements in the order of departure, without a root element.
     beside
         What SUMO runs beside them.
     """
@@ -99,6 +101,7 @@ class SumoDemand:
     remarks: tuple[DemandRemark, ...]
     trips: Mapping[int, Ends]
     exact_depart_s: FloatArray
+    persons_xml: str = ""
     beside: Beside = NOTHING
 
     @property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,8 @@ from dmil.demand.sumo.demand import Stream, SumoDemand
 from dmil.demand.sumo.departures import Drawn, Listed, Quota, Window, shared_out, within
 from dmil.demand.sumo.entry import Entry
 from dmil.demand.sumo.flows import departure_of_vehicle, departures_of_flow
-from dmil.demand.sumo.remarks import DemandRemark, Remarks
+from dmil.demand.sumo.persons import Persons
+from dmil.demand.sumo.remarks import Remarks, nobody
 from dmil.demand.sumo.types import VehicleType, VehicleTypes
 from dmil.demand.sumo.ways import Ends, Unusable, Ways, ends_of
 from dmil.errors import DemandError
@@ -26,6 +27,7 @@ from dmil.network.xml_file import iter_elements
 from dmil.seeding import stream
 
 VEHICLES = ("vehicle", "trip", "flow")
+PERSONS = ("person", "personFlow")
 ROOTS = ("routes", "additional")
 ANOTHER_NETWORK = 0.9
 """Share of vehicles on unknown edges from which on the files belong to another network."""
@@ -36,7 +38,10 @@ _KEPT = (
     *("speedFactor", "insertionChecks"),
 )
 _COUNTED = {**DEFINITIONS, "tlLogic": "signal-program"}
-_READ = (*VEHICLES, "vType", "vTypeDistribution", "route", "routeDistribution", *_COUNTED, *PLACES)
+_READ = (
+    *(*VEHICLES, "vType", "vTypeDistribution", "route", "routeDistribution"),
+    *(*PERSONS, *PLACES, *_COUNTED),
+)
 
 
 def read_sumo_routes(
@@ -117,6 +122,7 @@ class _Reading:
         self._beside = Collector()
         self._types = VehicleTypes()
         self._ways = Ways(network)
+        self._persons = Persons()
         self._remarks = Remarks()
         self._ids: set[tuple[str, str]] = set()
         self._kinds: dict[tuple[tuple[tuple[str, str], ...], str], int] = {}
@@ -154,6 +160,8 @@ class _Reading:
             elif element.tag in ("route", "routeDistribution"):
                 self._ways.define(entry)
                 self._beside.define(entry)
+            elif element.tag in PERSONS:
+                self._remarks.add(self._persons.take(entry, self._types), entry.id)
             else:
                 if element.tag in (*PLACES, *FOLLOWED):
                     self._beside.define(entry)
@@ -296,7 +304,8 @@ class _Reading:
                 mend="check that network and routes belong together",
             )
         if not self._veh_of_space_m:
-            raise self._empty(where)
+            remarks = self._remarks.all()
+            raise nobody(where, self._window, self._first_s, len(self._ids), remarks)
         exact_s = np.round(np.array(self._depart_s) - self._window.begin_s, 3)
         recorded = in_order(np.ceil(exact_s), self._routes, self._kind)
         order = np.argsort(np.ceil(exact_s), kind="stable")
@@ -308,6 +317,7 @@ class _Reading:
             kinds=tuple(dict(given) for given, _ in self._kinds),
             classes=tuple(self._classes),
             vehicle_types_xml=self._types.xml,
+            persons_xml=self._persons.xml,
             vehicle_space_m=_mean(self._veh_of_space_m),
             remarks=self._remarks.all(),
             trips={vehicle: each for vehicle, each in enumerate(ends) if each is not None},
@@ -315,24 +325,6 @@ class _Reading:
             beside=self._beside.found(
                 self._types.xml_for_sumo, tuple(inner for _, inner in self._kinds)
             ),
-        )
-
-    def _empty(self, where: str) -> DemandError:
-        begin_s, end_s = self._window.begin_s, self._window.end_s
-        if self._first_s < math.inf:
-            until = "" if end_s is None else f" and before {end_s:g} s"
-            return DemandError(
-                f"no vehicle departs from {begin_s:g} s on{until}",
-                where=where,
-                expected=f"a run that covers departures; the first is at {self._first_s:g} s",
-                mend=f"set the begin to {math.floor(self._first_s)} (--begin)",
-            )
-        reasons = _reasons(self._remarks.all())
-        return DemandError(
-            f"no vehicle is left of {len(self._ids)}{reasons}" if self._ids else "no vehicle",
-            where=where,
-            expected="vehicles, trips or flows that the network has a way for",
-            mend="check that network and routes belong together",
         )
 
 
@@ -344,7 +336,3 @@ def _count(departures: Listed | Drawn) -> int:
 def _mean(weights: Mapping[float, float]) -> float:
     total = sum(weight * value for value, weight in weights.items())
     return round(total / sum(weights.values()), 3)
-
-
-def _reasons(remarks: Iterable[DemandRemark]) -> str:
-    return "".join(f"; {each.count} {each.text} ('{each.example}')" for each in remarks)

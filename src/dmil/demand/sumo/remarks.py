@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from dmil.demand.sumo.acting import ACTING, kind_of_option
+from dmil.demand.sumo.departures import Window
+from dmil.errors import DemandError
 
 TEXTS = {
     **{kind: each.text for kind, each in ACTING.items() if each.text},
@@ -35,6 +38,10 @@ TEXTS = {
     "as an additional one",
 }
 """Kind of remark to what it says after a number and an example."""
+LEFT_OUT = frozenset(
+    {"unsorted", "unknown-road", "no-way", "one-road", "ends-first", "zone", "stops-only"}
+)
+"""Kinds of vehicles that the user thinks he has: every command tells them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +82,18 @@ def remarks_on_options(options: Iterable[str], vehicles: int) -> tuple[DemandRem
     )
 
 
+def remarks_of(demand: object) -> tuple[DemandRemark, ...]:
+    """Return what was left out of the files of a demand; nothing where there are none (ours).
+
+    Parameters
+    ----------
+    demand
+        Any; of days drawn from recorded ones, those.
+    """
+    found: tuple[DemandRemark, ...] = getattr(getattr(demand, "base", demand), "remarks", ())
+    return found
+
+
 class Remarks:
     """Counts remarks while files are read (ours)."""
 
@@ -107,3 +126,39 @@ class Remarks:
             for count, example, place in [self._found.get(kind, (0, "", ""))]
             if count
         )
+
+
+def nobody(
+    where: str, window: Window, first_s: float, definitions: int, remarks: Sequence[DemandRemark]
+) -> DemandError:
+    """Return the error that no vehicle is left (ours).
+
+    Parameters
+    ----------
+    where
+        The files.
+    window
+        The part of SUMO's time that is simulated.
+    first_s
+        First departure of all that can be driven, infinite if there is none.
+    definitions
+        How many vehicles, trips and flows were read.
+    remarks
+        Why they were left out.
+    """
+    begin_s, end_s = window.begin_s, window.end_s
+    if first_s < math.inf:
+        until = "" if end_s is None else f" and before {end_s:g} s"
+        return DemandError(
+            f"no vehicle departs from {begin_s:g} s on{until}",
+            where=where,
+            expected=f"a run that covers departures; the first is at {first_s:g} s",
+            mend=f"set the begin to {math.floor(first_s)} (--begin)",
+        )
+    reasons = "".join(f"; {each.count} {each.text} ('{each.example}')" for each in remarks)
+    return DemandError(
+        f"no vehicle is left of {definitions}{reasons}" if definitions else "no vehicle",
+        where=where,
+        expected="vehicles, trips or flows that the network has a way for",
+        mend="check that network and routes belong together",
+    )

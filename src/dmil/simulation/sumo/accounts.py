@@ -72,7 +72,7 @@ class Accounts:
         """
         if time_s:
             self._outputs.update()
-        trips = self._outputs.trips
+        trips, standing_s = self._outputs.trips, self._outputs.standing_s
         done = trips[trips[:, 1] >= 0]
         ids, arrival_s = done[:, 0].astype(np.int64), done[:, 1] - self._begin_s
         spawned = int(np.searchsorted(self._depart_s, time_s))
@@ -106,6 +106,7 @@ class Accounts:
             queued_at=outside_at + self._halting_at(time_s),
             co2_g=float(trips[:, 6].sum()) if emissions else NAN,
             fuel_g=float(trips[:, 7].sum()) if emissions else NAN,
+            person_delay_s=float(standing_s.mean()) if standing_s.size else NAN,
         )
 
     def _halting_at(self, time_s: int) -> IntArray:

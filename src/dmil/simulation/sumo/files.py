@@ -14,7 +14,8 @@ from dmil.network.sumo import SumoSignals, write_sumo_network
 from dmil.scenarios import Scenario
 
 Model = Literal["micro", "meso"]
-PROGRAMS, DEFINED, BESIDE = "programs.add.xml", "defined.add.xml", "beside.rou.xml"
+PROGRAMS, DEFINED = "programs.add.xml", "defined.add.xml"
+PERSONS, BESIDE = "persons.rou.xml", "beside.rou.xml"
 
 OWN_KIND = {"departLane": "best", "departSpeed": "max"}
 """Attributes of vehicles that no SUMO file describes: they drive in at the speed of the traffic, on
@@ -44,8 +45,8 @@ class RunFiles:
         What SUMO runs beside the vehicles of a run, and the types that all of them name.
     additional_files
         Signal programs beside the network's, stopping places, rerouters and the like.
-    beside_file
-        Route file of the vehicles that SUMO drives beside those of a run, None without any.
+    further_routes
+        Files of the persons who walk, and of the vehicles that SUMO drives beside those of a run.
     further_options
         More options of ``sumo``, as (name, value).
     """
@@ -57,7 +58,7 @@ class RunFiles:
     kinds: tuple[Mapping[str, str], ...] = ()
     beside: Beside = NOTHING
     additional_files: tuple[Path, ...] = ()
-    beside_file: Path | None = None
+    further_routes: tuple[Path, ...] = ()
     further_options: tuple[tuple[str, str], ...] = ()
 
 
@@ -80,26 +81,28 @@ def run_files(scenario: Scenario, folder: Path) -> RunFiles:
     if sumo is None:
         written = write_sumo_network(scenario.network, folder)
         return RunFiles(written.net_file, written.edges, written.signals)
-    additional = []
-    for name, text in ((PROGRAMS, sumo.programs_xml), (DEFINED, sumo.beside.definitions_xml)):
-        if text:
-            additional.append(folder / name)
-            additional[-1].write_text(f"<additional>\n{text}</additional>\n", "utf-8")
-    beside_file = None
-    if sumo.beside.vehicles_xml:
-        beside_file = folder / BESIDE
-        beside_file.write_text(f"<routes>\n{sumo.beside.vehicles_xml}</routes>\n", "utf-8")
+    beside = sumo.beside
+    additional = {PROGRAMS: sumo.programs_xml, DEFINED: beside.definitions_xml}
+    routes = {PERSONS: sumo.persons_xml, BESIDE: beside.vehicles_xml}
     return RunFiles(
         net_file=sumo.net_file,
         edges=tuple(link.id for link in links),
         signals=sumo.signals,
         begin_s=sumo.begin_s,
         kinds=sumo.kinds,
-        beside=sumo.beside,
-        additional_files=tuple(additional),
-        beside_file=beside_file,
+        beside=beside,
+        additional_files=_written(folder, additional, "additional"),
+        further_routes=_written(folder, routes, "routes"),
         further_options=sumo.options,
     )
+
+
+def _written(folder: Path, texts: Mapping[str, str], root: str) -> tuple[Path, ...]:
+    """Write those files that have something to say."""
+    for name, text in texts.items():
+        if text:
+            (folder / name).write_text(f"<{root}>\n{text}</{root}>\n", "utf-8")
+    return tuple(folder / name for name, text in texts.items() if text)
 
 
 def options(
@@ -110,9 +113,10 @@ def options(
     Nobody is teleported, unless the scenario's own options say after what time. Trips that have not
     ended are written too when the run does.
     """
+    # The types of all are defined in the file of vehicles: it comes first.
     chosen = [
         *("--net-file", str(files.net_file)),
-        *("--route-files", ",".join(str(file) for file in (routes, files.beside_file) if file)),
+        *("--route-files", ",".join(map(str, (routes, *files.further_routes)))),
         *("--begin", str(files.begin_s)),
         *("--seed", str(seed % 2**31)),
         *("--xml-validation", "never"),

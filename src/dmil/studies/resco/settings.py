@@ -32,6 +32,11 @@ class RescoStudySettings(BaseModel):
     horizon_s: int | None = Field(
         None, ge=20, description="Length of a run in s; by default RESCO's hour."
     )
+    resample: bool = Field(
+        False,
+        description="Judge every seed on another day drawn from the recorded vehicles, each "
+        "departing a little sooner or later; RESCO has one day.",
+    )
     train_in: Literal["queue", "sumo"] = Field(
         "queue", description="Simulator that learners train in; they are judged in SUMO either way."
     )

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import lru_cache
 from pathlib import Path
 
 from dmil.controllers import Controller, MemoryController, make_controller
+from dmil.demand.resampled import SHIFT_S
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario, scenario
 from dmil.scenarios.calibration import load_calibration
+from dmil.scenarios.demand_changes import resampled
 from dmil.simulation import Simulator, make_simulator
 from dmil.studies.block import BlockResult, Row, measures_row, series_rows
 from dmil.studies.resco.plan import ContenderUnit
@@ -52,7 +54,7 @@ def run_unit(settings: RescoStudySettings, folder: str, unit: ContenderUnit) -> 
         return result
     for number, each in enumerate(episodes):
         result.episodes.append(identity | {"trained_in": trained_in} | _episode(number, each))
-    vehicles = vehicles_of_seed(made, unit.seed)
+    vehicles = vehicles_of_seed(_day(settings, made), unit.seed)
     for name in unit.simulators(settings):
         here: Row = {"simulator": name}
         try:
@@ -71,6 +73,13 @@ def run_unit(settings: RescoStudySettings, folder: str, unit: ContenderUnit) -> 
 def study_scenario(name: str, horizon_s: int | None) -> Scenario:
     """Return a scenario of the study; the last ones stay, with all that is derived from them."""
     return scenario(name, horizon_s=horizon_s)
+
+
+def _day(settings: RescoStudySettings, made: Scenario) -> Scenario:
+    """Return the scenario that controllers are judged in: the recorded day, or others like it."""
+    if not settings.resample:
+        return made
+    return replace(made, demand=resampled(made.demand, SHIFT_S))
 
 
 def calibration_file(folder: str, name: str) -> Path:
