@@ -137,6 +137,15 @@ def test_a_survey_counts_none_of_the_others_and_stands_beside_other_definitions(
     assert not np.isnan(survey.read(vehicles, 640).entered_s).any()
 
 
+def test_the_mesoscopic_model_runs_without_them(files):
+    scenario = sumo_scenario(files(ROUTE + BICYCLES + CARS))
+    simulator = SumoSimulator(scenario, model="meso")
+    vehicles = vehicles_of_seed(scenario, 0)
+    found = evaluate(simulator, make_controller("program"), vehicles, make_reward("default"), 0)
+    simulator.close()
+    assert found.measures.delay_s < 40  # 128 s among the bicycles
+
+
 def test_additional_files_of_both_are_loaded():
     chosen = ["--seed", "1", "--additional-files", "a,b", "--no-step-log"]
     assert together(chosen, ["--x", "--additional-files", "c", "--y"]) == [

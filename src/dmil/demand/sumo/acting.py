@@ -111,7 +111,8 @@ ACTING: Mapping[str, Acting] = {
         "bicycles, trains, ships and the like, also on edges that are theirs alone",
         "SUMO only",
         "They drive in SUMO, and others meet them; what is measured is of road vehicles with a "
-        "motor. The load (`--load`) does not change them. In the queue simulator they are missing.",
+        "motor. The load (`--load`) does not change them. In the queue simulator and in "
+        "SUMO's mesoscopic model they are missing.",
     ),
     "no-fixed-departure": Acting(
         '`depart="triggered"`, `containerTriggered`, `split`, `now`',

@@ -113,10 +113,12 @@ def options(
     Nobody is teleported, unless the scenario's own options say after what time. Trips that have not
     ended are written too when the run does.
     """
-    # The types of all are defined in the file of vehicles: it comes first.
+    # The types of all are defined in the file of vehicles: it comes first. The mesoscopic model has
+    # no lanes of bicycles, and who begins on one would end the run.
+    further = [file for file in files.further_routes if model == "micro" or file.name != BESIDE]
     chosen = [
         *("--net-file", str(files.net_file)),
-        *("--route-files", ",".join(map(str, (routes, *files.further_routes)))),
+        *("--route-files", ",".join(map(str, (routes, *further)))),
         *("--begin", str(files.begin_s)),
         *("--seed", str(seed % 2**31)),
         *("--xml-validation", "never"),

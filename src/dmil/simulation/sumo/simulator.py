@@ -70,6 +70,8 @@ class SumoSimulator:
     -----
     ``queue_veh`` are vehicles slower than 0.1 m/s, ``approaching_veh`` others nearer than one
     decision interval in free flow, on the incoming link or within ``detection_m``.
+    Who stands at a stop is neither. Vehicles that SUMO drives beside those of the run, such as
+    bicycles, are traffic that others meet, and not counted.
     Where a vehicle goes is what SUMO says, also if SUMO has sent it elsewhere during the run.
     ``visits`` counts the links before stop lines that vehicles have come to. Emissions
     are those of vehicles that have ended their trip, so until the horizon only of those that have
