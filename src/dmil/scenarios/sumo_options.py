@@ -57,21 +57,7 @@ GROUPS = (
         step-length scale
         """,
     ),
-    Group(
-        "harmless",
-        "every junction is known as such",
-        """
-        junction-taz
-        """,
-    ),
-    Group(
-        "sumo",
-        "vehicles without a way are left out and counted; SUMO is told it for those that it alone "
-        "drives",
-        """
-        ignore-route-errors
-        """,
-    ),
+    Group("harmless", "every junction is known as such", "junction-taz"),
     Group(
         "harmless",
         "they name this file",
@@ -193,7 +179,7 @@ GROUPS = (
         "sumo",
         "they change how SUMO drives, and it is told them",
         """
-        step-method.ballistic extrapolate-departpos lateral-resolution no-internal-links
+        ignore-route-errors step-method.ballistic extrapolate-departpos lateral-resolution no-internal-links
         ignore-junction-blocker waiting-time-memory startup-wait-threshold sloppy-insert
         eager-insert emergency-insert insertion-checks lanechange.duration lanechange.overtake-right
         tls.actuated.jam-threshold tls.actuated.detector-length
