@@ -7,6 +7,10 @@ STUDY ?= study
 ROADS ?= resco
 MEMORIES ?= memories
 
+# The packages come uncompiled: a shell that forbids Python to keep what it compiles, as those of
+# containers often do, would have every process compile them anew, which takes seconds each.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
 .PHONY: help study resco memories test check lint bench clean
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -23,6 +23,7 @@ from dmil.rewards import PAPER_CONSTANTS, Reward, RewardConstants, make_reward
 from dmil.scenarios import Scenario
 from dmil.scenarios.demand_changes import DemandChanges, changes_of
 from dmil.scenarios.recipe import DynamicsChanges, GridChanges, ScenarioRecipe, TimingChanges
+from dmil.simulation.stand_ins import stand_ins
 from dmil.training import Policy, load_policy
 
 _DEMAND = "Demand (by default the scenario's own)"
@@ -262,6 +263,23 @@ def built(recipe: ScenarioRecipe) -> Scenario:
             what = remark.text.partition(";")[0]
             say(f"Warning: {remark.count} {what} (first '{remark.example}').")
     return made
+
+
+def say_stand_ins(scenario: Scenario, simulator: str, controllers: Iterable[str]) -> None:
+    """Say which intersections' own control the queue simulator cannot run (ours).
+
+    Parameters
+    ----------
+    scenario
+        The scenario.
+    simulator
+        Name of the simulator that is used.
+    controllers
+        Names of those who run: others than the network's own plan do not need it.
+    """
+    if simulator == "queue" and "program" in controllers:
+        for sentence in stand_ins(scenario.network):
+            say(f"Warning: {sentence}.")
 
 
 def files_as_settings(files: Sequence[str]) -> dict[str, Any]:

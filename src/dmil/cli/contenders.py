@@ -45,7 +45,10 @@ def baselines_of(scenario: Scenario, simulator: str) -> tuple[str, ...]:
     """
     if scenario.name.startswith(GRID):
         return GRID_BASELINES
-    if not all(item.program for item in scenario.network.intersections):
+    items = scenario.network.intersections
+    planned = all(item.program or item.own_control for item in items)
+    # Where a control that only SUMO can run is all there is, nothing is left of the plan elsewhere.
+    if not planned or (simulator == "queue" and not any(item.program for item in items)):
         return ("fixed-cycle", *BASELINES)
     actuated = () if simulator == "queue" else ("actuated",)
     return ("program", *actuated, *BASELINES)

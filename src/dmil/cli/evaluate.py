@@ -20,6 +20,7 @@ from dmil.cli.choices import (
     complete_scenario,
     controller_options,
     files_as_settings,
+    say_stand_ins,
     with_scenario_of,
 )
 from dmil.cli.contenders import contenders_of
@@ -159,6 +160,7 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
     recipe = with_scenario_of(settings, policies[0] if policies else None)
     scenario = built(recipe)
     contenders, reference = contenders_of(settings, policies, scenario)
+    say_stand_ins(scenario, settings.simulator, [each.controller for each in contenders])
     if is_cold():
         with waiting("First start: compiling kernels, once …"):
             compile_kernels()

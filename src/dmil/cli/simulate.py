@@ -25,6 +25,7 @@ from dmil.cli.choices import (
     controller_options,
     files_as_settings,
     policy_from,
+    say_stand_ins,
     with_scenario_of,
 )
 from dmil.cli.help import Command
@@ -40,7 +41,6 @@ from dmil.scenarios.names import shown
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED, stream
 from dmil.simulation import make_simulator
-from dmil.simulation.stand_ins import stand_ins
 from dmil.statistics import mean_interval
 from dmil.studies import compile_kernels
 from dmil.studies.block import measures_row
@@ -138,9 +138,7 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
             expected=" or ".join(SERIES_ENDINGS),
         )
     simulator = make_simulator(scenario, settings.simulator, emissions=settings.emissions)
-    if settings.simulator == "queue" and settings.controller.name == "program":
-        for sentence in stand_ins(scenario.network):
-            say(f"Warning: {sentence}.")
+    say_stand_ins(scenario, settings.simulator, [settings.controller.name])
     rows, series = [], []
     seeds = range(settings.seed, settings.seed + settings.seeds)
     with contextlib.ExitStack() as stack:

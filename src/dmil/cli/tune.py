@@ -15,6 +15,7 @@ from dmil.cli.choices import (
     ControllerChoice,
     RewardChoice,
     SimulatorChoice,
+    built,
     complete_scenario,
     controller_options,
     files_as_settings,
@@ -116,6 +117,7 @@ def tune(settings: TuneParameters, json: bool) -> None:
     if not variants:
         raise InputError("nobody to tune", where="tune", mend="add --controller NAME")
     recipe = recipe_of(settings)
+    built(recipe)  # what is wrong with the files is said before hours of work, and what is left out
     if is_cold():
         with waiting("First start: compiling kernels, once …"):
             compile_kernels()

@@ -22,7 +22,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr, stdtrit
 
 from dmil.statistics.summaries import RESAMPLED, Summary, Values, wins
 
@@ -258,6 +257,8 @@ def interval_levels(seeds: int, level: float = DEFAULT_LEVEL) -> tuple[float, fl
     level
         Coverage of the interval.
     """
+    from scipy.special import ndtr, stdtrit  # a third of a second that few commands need
+
     tail = float(stdtrit(seeds - 1, (1.0 - level) / 2.0))
     lower = float(ndtr(np.sqrt(seeds / (seeds - 1)) * tail))
     return lower, 1.0 - lower

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import wilcoxon
 
 from dmil.statistics.bootstrap import Tasks, all_tasks
 
@@ -50,6 +49,8 @@ def signed_rank_tests(values: Tasks, reference: Tasks) -> SignedRankTests:
         for all. NaN marks a missing run. A column that is its own reference is no test: leave it
         out, or it counts for the correction.
     """
+    from scipy.stats import wilcoxon  # importing it takes a second, and few commands test
+
     differences = np.concatenate(
         [
             ours - theirs

@@ -156,3 +156,15 @@ def test_tables_fit_80_columns_and_break_no_word(dmil):
     for line in text.splitlines():
         for piece in re.findall(r"[a-z]{4,}$", line):
             assert not any(w.startswith(piece) and w != piece for w in words), line
+
+
+def test_a_control_that_only_sumo_runs_is_the_reference_there(dmil):
+    folder = Path(__file__).parents[2] / "cases" / "nema-program"
+    files = ("--net", folder / "ne.net.xml", "--routes", folder / "ne.rou.xml")
+    run = ("evaluate", *files, "--steps", 60, "--seeds", 1, "--jobs", 1)
+    assert "fixed-cycle" in by_name(dmil.json(*run))
+    in_sumo = by_name(dmil.json(*run, "--simulator", "sumo"))
+    assert {"program", "actuated"} <= set(in_sumo)
+    dmil(*run, "--controller", "program")
+    said = " ".join(dmil.err.split())
+    assert "Warning: intersection 'A0': its own control (NEMA) runs in SUMO only" in said
