@@ -179,7 +179,8 @@ GROUPS = (
         "sumo",
         "they change how SUMO drives, and it is told them",
         """
-        ignore-route-errors step-method.ballistic extrapolate-departpos lateral-resolution no-internal-links
+        ignore-route-errors
+        step-method.ballistic extrapolate-departpos lateral-resolution no-internal-links
         ignore-junction-blocker waiting-time-memory startup-wait-threshold sloppy-insert
         eager-insert emergency-insert insertion-checks lanechange.duration lanechange.overtake-right
         tls.actuated.jam-threshold tls.actuated.detector-length
