@@ -305,4 +305,4 @@ def test_which_options_switch_what_on():
 def test_every_kind_is_documented():
     page = (Path(__file__).parents[3] / "docs/your-network.md").read_text(encoding="utf-8")
     assert acting_markdown() in page
-    assert Counter(each.treatment for each in ACTING.values())["acted on"] == 2
+    assert Counter(each.treatment for each in ACTING.values())["acted on"] == 1

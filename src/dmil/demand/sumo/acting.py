@@ -124,7 +124,7 @@ ACTING: Mapping[str, Acting] = {
     ),
     "person": Acting(
         "`<person>`, `<personFlow>` who walk: `<walk>`, `<personTrip>`, `<stop>` on an edge",
-        "acted on",
+        "SUMO only",
         "SUMO lets them walk, vehicles wait for them at crossings, and their delay is measured. In "
         "the queue simulator nobody walks.",
         "are persons, who walk in the SUMO simulator only",
