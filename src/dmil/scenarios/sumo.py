@@ -13,7 +13,7 @@ from dmil.errors import InputError
 from dmil.network.sumo import read_sumo_network
 from dmil.network.sumo.reader import Phases, driven_by
 from dmil.scenarios.model import QueueDynamics, Scenario
-from dmil.scenarios.sumo_configuration import SumoConfiguration, read_sumo_configuration
+from dmil.scenarios.sumo_configuration import SumoConfiguration, driving, read_sumo_configuration
 from dmil.scenarios.sumo_files import Routing, SumoFiles
 from dmil.scenarios.timing import PLAN, SignalTiming
 
@@ -70,7 +70,10 @@ def sumo_scenario(
     MissingExtraError
         If sumolib is not installed, or SUMO is not and shall route.
     """
-    given = files if isinstance(files, SumoConfiguration) else read_sumo_configuration(files)
+    if isinstance(files, SumoConfiguration):
+        given = files
+    else:
+        given = driving(read_sumo_configuration(files), str(files))
     begin_s = given.begin_s if begin_s is None else begin_s
     end_s = given.end_s if horizon_s is None else begin_s + horizon_s
     if end_s is not None and end_s <= begin_s:

@@ -29,7 +29,7 @@ class SumoConfiguration:
     net_file
         The network.
     route_files
-        Vehicles, trips and flows.
+        Vehicles, trips and flows; without one a program of its own may send them, as in SUMO.
     additional_files
         Files with further vehicle types and routes, vehicles, and programs of signals; whatever
         else they hold is not used.
@@ -70,8 +70,8 @@ def read_sumo_configuration(path: str | Path) -> SumoConfiguration:
     Raises
     ------
     InputError
-        If it is missing, cut off, not XML or of another kind, names no network or nobody who
-        drives, an option is unknown, given twice or cannot be followed, or a time is not valid.
+        If it is missing, cut off, not XML or of another kind, names no network, an option is
+        unknown, given twice or cannot be followed, or a time is not valid.
     """
     options = _Options(str(path))
     walk = XmlWalk(path, options.start, options.end, text=options.text, root=ROOTS)
@@ -79,16 +79,8 @@ def read_sumo_configuration(path: str | Path) -> SumoConfiguration:
     walk.run()
     folder = Path(path).parent
     nets = options.paths("net-file", folder)
-    routes = options.paths("route-files", folder)
-    additional = options.paths("additional-files", folder)
-    for name, found in (("net-file", nets), ("route-files", routes or additional)):
-        if not found:
-            raise InputError(
-                f"it names no {name}",
-                where=str(path),
-                expected=f'<{name} value="…"/>',
-                mend="add it, or give the files themselves (--net and --routes)",
-            )
+    if not nets:
+        raise _unnamed("net-file", str(path))
     begin_s = options.seconds("begin") or 0.0
     if begin_s != int(begin_s):
         raise options.error("begin", "whole seconds, since a run has steps of 1 s")
@@ -99,13 +91,42 @@ def read_sumo_configuration(path: str | Path) -> SumoConfiguration:
         (options.for_sumo if whole else options.unused).append(("step-length", f"{step_s:g}"))
     return SumoConfiguration(
         net_file=nets[0],
-        route_files=routes,
-        additional_files=additional,
+        route_files=options.paths("route-files", folder),
+        additional_files=options.paths("additional-files", folder),
         begin_s=int(begin_s),
         end_s=end_s,
         scale=options.number("scale", 1.0),
         unused=tuple(f"{name}={value}" for name, value in options.unused),
         for_sumo=tuple(options.for_sumo),
+    )
+
+
+def driving(configuration: SumoConfiguration, where: str) -> SumoConfiguration:
+    """Return a configuration that has files with vehicles (ours).
+
+    Parameters
+    ----------
+    configuration
+        As it was read.
+    where
+        The file.
+
+    Raises
+    ------
+    InputError
+        If it names neither route files nor additional ones.
+    """
+    if not configuration.route_files and not configuration.additional_files:
+        raise _unnamed("route-files", where)
+    return configuration
+
+
+def _unnamed(name: str, where: str) -> InputError:
+    return InputError(
+        f"it names no {name}",
+        where=where,
+        expected=f'<{name} value="…"/>',
+        mend="add it, or give the files themselves (--net and --routes)",
     )
 
 
@@ -137,11 +158,7 @@ class _Options:
         """Take the text within an element for its value, as SUMO does, if it has no other."""
         if self._missing and self._text.strip():
             self._take(name, self._text.strip())
-        elif self._missing and name in OPTIONS and OPTIONS[name].treatment == "read":
-            raise InputError(
-                f"<{name}> has no value", where=self._place, expected=f'<{name} value="…"/>'
-            )
-        self._missing = False
+        self._missing = False  # without any it counts as not given: SUMO complains and goes on
 
     def _take(self, name: str, value: str) -> None:
         value = _VARIABLE.sub(_variable, value)

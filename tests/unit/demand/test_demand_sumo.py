@@ -254,7 +254,7 @@ def test_if_no_vehicle_departs_in_time_the_first_departure_is_named(read):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "routes.xml: no vehicle; expected"),
+        ("", r"routes.xml: no vehicle; expected .*Name the files that have them; where a program"),
         (
             '<person id="p" depart="0"><walk edges="q"/></person>',
             "routes.xml: no vehicle; expected",

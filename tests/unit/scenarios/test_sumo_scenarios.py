@@ -115,7 +115,6 @@ def test_steps_of_another_length_and_a_scale_are_not_lost(folder):
     ("old", "new", "message"),
     [
         ('<n v="x.net.xml"/>', "", "x.sumocfg: it names no net-file.*--net and --routes"),
-        (FILES, "", "it names no route-files"),
         ("<n ", '<horizon value="1"/><n ', r"line 1, column 20: SUMO has no option 'horizon'"),
         ("<n ", '<begin value="1"/><n ', r"the option begin is given twice"),
         (
@@ -123,7 +122,7 @@ def test_steps_of_another_length_and_a_scale_are_not_lost(folder):
             '<load-state value="s.xml"/><n ',
             r"load-state \(s.xml\) cannot be followed: a run",
         ),
-        ('v="x.net.xml"', "", r"line 1, column 20: <n> has no value"),
+        ('<n v="x.net.xml"/>', "<n/>", "x.sumocfg: it names no net-file"),
         ('<b value="25200"/>', '<b value="dawn"/>', "begin is 'dawn'; expected seconds"),
         ('<b value="25200"/>', '<b value="0.5"/>', "begin is '0.5'; expected whole seconds"),
         ("<n ", '<scale value="0"/><n ', "scale is '0'; expected a number above 0"),
@@ -137,6 +136,18 @@ def test_a_wrong_configuration_is_an_error_with_its_place(folder, old, new, mess
     path = written(folder, SHORT.replace(old, new))
     with pytest.raises(InputError, match=message):
         read_sumo_configuration(path)
+
+
+def test_options_without_a_value_count_as_not_given_as_in_sumo(folder):
+    text = SHORT.replace('<e value="26000"/>', "<sloppy-insert/><end/>")
+    assert read_sumo_configuration(written(folder, text)).end_s is None
+
+
+def test_a_configuration_without_vehicles_can_be_read_but_not_be_run(folder):
+    path = written(folder, SHORT.replace(FILES, ""))
+    assert read_sumo_configuration(path).route_files == ()
+    with pytest.raises(InputError, match=r"x.sumocfg: it names no route-files; .*\(--net and"):
+        sumo_scenario(path)
 
 
 def test_a_missing_file_is_named(folder):

@@ -160,5 +160,7 @@ def nobody(
         f"no vehicle is left of {definitions}{reasons}" if definitions else "no vehicle",
         where=where,
         expected="vehicles, trips or flows that the network has a way for",
-        mend="check that network and routes belong together",
+        mend="check that network and routes belong together"
+        if definitions
+        else "name the files that have them; where a program writes them, let it do so first",
     )
