@@ -223,3 +223,19 @@ def test_the_mesoscopic_model_of_sumo_chooses_ways_as_well(make):
     found = routed_by_sumo(*given, mesoscopic=True)
     assert found.remarks == ()
     assert ways(found, given[1]) == ways(routed_by_sumo(*given), given[1])
+
+
+def test_who_waits_too_long_outside_of_the_mesoscopic_model_keeps_the_way_he_has(make, monkeypatch):
+    crowd = "".join(TRIP.format(number).replace(f'"{number}.5"', '"0"') for number in range(1500))
+    asked = []
+    keep = routing._asked
+
+    def answer(*given):
+        asked.append(keep(*given))
+        return asked[-1]
+
+    monkeypatch.setattr(routing, "_asked", answer)
+    found = routed_by_sumo(*make(crowd), mesoscopic=True)
+    (remark,) = found.remarks
+    assert (remark.kind, remark.count) == ("free-flow", 1500 - len(asked[0]))
+    assert 100 < len(asked[0]) < 1000

@@ -33,7 +33,10 @@ LONGER_S = 1800
 """How long the run goes on after the last departure, so that those who wait to enter get a way."""
 LAST_LINES = 3
 """How many lines of SUMO's complaint an error shows."""
-_MESOSCOPIC = ("--mesosim", "--meso-junction-control")
+PATIENCE_S = 900
+"""Who waits longer outside of the mesoscopic model is not let in, and keeps the way he has: where a
+day's vehicles are more than the roads take, SUMO would try thousands of them in every second."""
+_MESOSCOPIC = ("--mesosim", "--meso-junction-control", "--max-depart-delay", str(PATIENCE_S))
 _FOLDER, _TITLE = "routes", "ways of trips, digest "
 
 Found = Mapping[int, tuple[str, ...]]
