@@ -37,6 +37,7 @@ PATIENCE_S = 900
 """Who waits longer outside of the mesoscopic model is not let in, and keeps the way he has: where a
 day's vehicles are more than the roads take, SUMO would try thousands of them in every second."""
 _MESOSCOPIC = ("--mesosim", "--meso-junction-control", "--max-depart-delay", str(PATIENCE_S))
+_ASIDE = ("Warning:", "pj_obj", "Quitting (on error)")
 _FOLDER, _TITLE = "routes", "ways of trips, digest "
 
 Found = Mapping[int, tuple[str, ...]]
@@ -218,7 +219,7 @@ def _asked(net_file: Path, vehicles_xml: str, programs_xml: str, options: list[s
             raise _failed(net_file, f"{error}") from error
         if done.returncode:
             said = (done.stderr or done.stdout).decode(errors="replace").splitlines()
-            lines = [line.strip() for line in said if not line.startswith(("Warning:", "pj_obj"))]
+            lines = [line.strip() for line in said if not line.startswith(_ASIDE)]
             problem = " / ".join(line for line in lines[-LAST_LINES:] if line)
             raise _failed(net_file, problem or f"it ended with code {done.returncode}")
         return {
@@ -231,7 +232,7 @@ def _asked(net_file: Path, vehicles_xml: str, programs_xml: str, options: list[s
 
 def _failed(net_file: Path, problem: str) -> DemandError:
     return DemandError(
-        f"SUMO failed to look for the ways of the trips: {problem}",
+        f"SUMO failed to look for the ways of the trips: {problem.removesuffix('.')}",
         where=str(net_file),
         mend="correct the files, or take the ways that are fastest at free flow "
         "(--routing free-flow)",
