@@ -9,6 +9,7 @@ from pathlib import Path
 
 from dmil.demand import Demand
 from dmil.demand.sumo.acting import kind_of_option
+from dmil.demand.sumo.flows import EndlessError
 from dmil.demand.sumo.reader import has_vehicles
 from dmil.demand.sumo.routing import sumo_is_installed
 from dmil.doctor.arguments import Given, SumoFilesGiven, sort_arguments
@@ -235,7 +236,12 @@ def _sumo_case(
     )
     if not configuration.route_files and not any(map(has_vehicles, additional)):
         return case
-    made, found = _with_vehicles(configuration, window, phases, routing)
+    try:
+        made, found = _with_vehicles(configuration, window, phases, routing)
+    except EndlessError as cause:
+        hour = begin_s, NO_DEMAND_HORIZON_S
+        made, found = _with_vehicles(configuration, hour, phases, routing)
+        found = [*found, finding("endless", "demand", f"{cause.where}: {cause.problem}")]
     return replace(
         case,
         network=made.network,

@@ -89,6 +89,12 @@ DEMAND_KINDS = {
         "number measures an empty network.",
         "Set the begin to the first departure (--begin).",
     ),
+    "endless": Kind(
+        "warning",
+        "A flow goes on for ever, since neither it nor the run has an end: SUMO would never stop, "
+        "and no other command runs it like that. What is said is about the first hour.",
+        "Say how long a run lasts (--steps), or give the flow an end.",
+    ),
     "long-end": Kind(
         "note",
         "A run goes on for more than an hour after the last departure.",

@@ -155,6 +155,15 @@ def test_a_run_without_vehicles_is_a_finding_with_its_mend(doctor, with_states, 
     assert "late-start" not in kinds(diagnosis)
 
 
+def test_a_flow_without_end_is_looked_at_for_an_hour(doctor, with_states):
+    text = f'<flow id="f" begin="0" period="10" {WAY}/>'
+    diagnosis = doctor(with_states(*PROGRAM), text)
+    (found,) = of_kind(diagnosis, "endless")
+    assert "flow 'f': it has no end, nor has the run" in found.what
+    assert diagnosis.traffic.vehicles == 360
+    assert "endless" not in kinds(doctor(with_states(*PROGRAM), text, horizon_s=600))
+
+
 def test_flows_without_end_that_begin_too_late(tmp_path, doctor, with_states):
     net = with_states(*PROGRAM)
     (tmp_path / "f.rou.xml").write_text(

@@ -8,10 +8,15 @@ import numpy as np
 
 from dmil.demand.sumo.departures import RESOLUTION, Drawn, Listed, Window
 from dmil.demand.sumo.entry import Entry
+from dmil.errors import DemandError
 
 MOST_VEHICLES = 10**7
 """Most vehicles of one flow: more is a slip of the pen that would fill the memory."""
 _SPACINGS = ("period", "vehsPerHour", "perHour", "probability")
+
+
+class EndlessError(DemandError):
+    """A flow goes on for ever, since neither it nor the run has an end."""
 
 
 def departure_of_vehicle(entry: Entry, window: Window) -> Listed | None:
@@ -101,10 +106,11 @@ def _end_s(entry: Entry, begin_s: float, window: Window, *, needed: bool) -> flo
     if end_s is None:
         if not needed:
             return math.inf
-        raise entry.error(
+        cause = entry.error(
             "it has no end, nor has the run",
             mend='add end="…" to it, or say how long a run lasts (--steps)',
         )
+        raise EndlessError(cause.problem, where=cause.where, mend=cause.mend)
     if end_s < begin_s:
         if entry.get("end") is None:  # it begins after the run
             return begin_s
