@@ -11,9 +11,9 @@ from pydantic import Field
 from rich import box
 from rich.table import Table
 
+from dmil.cli.building import built
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
-    built,
     complete_scenario,
     files_as_settings,
     recipe_of,

@@ -3,27 +3,22 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from dmil.cli.parameters import Option, set_option, split
-from dmil.cli.terminal import say
 from dmil.controllers import CONTROLLERS, make_settings
 from dmil.controllers.variants import Variant, parse_variant
 from dmil.demand.arrivals import DEFAULT_BATCH_VEH
-from dmil.demand.sumo.acting import ACTING
-from dmil.demand.sumo.remarks import LEFT_OUT, remarks_of
 from dmil.errors import InputError
 from dmil.importing import import_object
 from dmil.network.grid import ENTRY_LINK_TIME_S, LINK_TIME_S
 from dmil.rewards import PAPER_CONSTANTS, Reward, RewardConstants, make_reward
-from dmil.scenarios import Scenario
 from dmil.scenarios.demand_changes import DemandChanges, changes_of
 from dmil.scenarios.recipe import DynamicsChanges, GridChanges, ScenarioRecipe, TimingChanges
-from dmil.simulation.stand_ins import stand_ins
 from dmil.training import Policy, load_policy
 
 _DEMAND = "Demand (by default the scenario's own)"
@@ -253,33 +248,6 @@ def recipe_of(settings: ScenarioRecipe) -> ScenarioRecipe:
     """Return the scenario's part of a command's settings (ours)."""
     names = settings.model_fields_set & set(ScenarioRecipe.model_fields)
     return ScenarioRecipe(**{name: getattr(settings, name) for name in names})
-
-
-def built(recipe: ScenarioRecipe) -> Scenario:
-    """Make the scenario; say which vehicles are left out, and what does not act on them (ours)."""
-    made = recipe.build()
-    for remark in remarks_of(made.demand):
-        if remark.kind in ACTING or remark.kind in LEFT_OUT:
-            what = remark.text.partition(";")[0]
-            say(f"Warning: {remark.count} {what} (first '{remark.example}').")
-    return made
-
-
-def say_stand_ins(scenario: Scenario, simulator: str, controllers: Iterable[str]) -> None:
-    """Say which intersections' own control the queue simulator cannot run (ours).
-
-    Parameters
-    ----------
-    scenario
-        The scenario.
-    simulator
-        Name of the simulator that is used.
-    controllers
-        Names of those who run: others than the network's own plan do not need it.
-    """
-    if simulator == "queue" and "program" in controllers:
-        for sentence in stand_ins(scenario.network):
-            say(f"Warning: {sentence}.")
 
 
 def files_as_settings(files: Sequence[str]) -> dict[str, Any]:

@@ -10,17 +10,16 @@ import typer
 from pydantic import Field, field_validator
 
 from dmil.cli.application import StoppedError
+from dmil.cli.building import built, say_stand_ins
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS,
     ControllerChoice,
     RewardChoice,
     SimulatorChoice,
-    built,
     complete_scenario,
     controller_options,
     files_as_settings,
-    say_stand_ins,
     with_scenario_of,
 )
 from dmil.cli.contenders import contenders_of

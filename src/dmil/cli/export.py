@@ -11,12 +11,12 @@ from typing import Any
 import typer
 from pydantic import Field
 
+from dmil.cli.building import built
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
     ControllerChoice,
     SimulatorChoice,
     accepted,
-    built,
     complete_scenario,
     controller_options,
     files_as_settings,

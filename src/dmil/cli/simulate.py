@@ -13,6 +13,7 @@ from pydantic import Field
 from rich import box
 from rich.table import Table
 
+from dmil.cli.building import built, say_stand_ins
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS,
@@ -20,12 +21,10 @@ from dmil.cli.choices import (
     RewardChoice,
     SimulatorChoice,
     accepted,
-    built,
     complete_scenario,
     controller_options,
     files_as_settings,
     policy_from,
-    say_stand_ins,
     with_scenario_of,
 )
 from dmil.cli.help import Command

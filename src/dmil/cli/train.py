@@ -10,13 +10,13 @@ import typer
 from pydantic import Field
 
 from dmil.cli.application import StoppedError
+from dmil.cli.building import built
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS,
     ControllerChoice,
     RewardChoice,
     SimulatorChoice,
-    built,
     complete_scenario,
     controller_options,
     files_as_settings,
