@@ -102,7 +102,7 @@ def sumo_scenario(
     else:
         horizon_s = math.ceil(end_s - begin_s)
     chosen: Routing | None = None
-    if demand.trips:
+    if demand.unrouted:
         chosen = routing or ("sumo" if sumo_is_installed() else "free-flow")
         if chosen != "free-flow":
             demand = routed_by_sumo(
@@ -114,7 +114,7 @@ def sumo_scenario(
                 mesoscopic=chosen == "mesoscopic",
             )
         else:
-            demand = with_remark(demand, len(demand.trips))
+            demand = with_remark(demand, demand.unrouted)
     roads = driven_by(roads, demand.class_counts)
     demand = demand.on_network(roads.network)
     return Scenario(

@@ -93,7 +93,7 @@ def test_vehicles_with_routes_need_no_sumo(make, monkeypatch):
 def test_ways_are_taken_over_by_vehicle(make, monkeypatch):
     own = f'<vehicle id="own" depart="4"><route edges="{SHORT}"/></vehicle>'
     given = make(TRIP.format(3) + own + TRIP.format(5))
-    answers(monkeypatch, {0: tuple(LONG.split()), 2: tuple(SHORT.split())})
+    answers(monkeypatch, {"0": tuple(LONG.split()), "2": tuple(SHORT.split())})
     found = routed_by_sumo(*given)
     assert ways(found, given[1]) == [LONG, SHORT, SHORT]
     assert found.remarks == ()
@@ -103,10 +103,46 @@ def test_ways_are_taken_over_by_vehicle(make, monkeypatch):
     )
 
 
+RANDOM = '<flow id="g" begin="0" end="500" probability="0.2" from="left0A0" to="B1top1"/>'
+
+
+def test_vehicles_that_depart_at_random_choose_among_the_ways_that_sumo_found(make, monkeypatch):
+    given = make(RANDOM)
+    assert given[0].unrouted == [ENDS]
+    found = {f"0/{v}": tuple((LONG if v % 4 else SHORT).split()) for v in range(8)}
+    answers(monkeypatch, found)
+    routed = routed_by_sumo(*given)
+    assert routed.remarks == ()
+    (flow,) = routed.streams
+    assert sorted(share for _, share in flow.choice) == [0.25, 0.75]
+    driven = ways(routed, given[1])
+    assert set(driven) == {LONG, SHORT}
+    assert 0.6 < driven.count(LONG) / len(driven) < 0.9
+
+
+def test_a_flow_of_which_sumo_lets_in_nobody_keeps_its_way_and_is_told(make, monkeypatch):
+    given = make(RANDOM)
+    answers(monkeypatch, {})
+    routed = routed_by_sumo(*given)
+    assert routed.streams[0].choice == given[0].streams[0].choice
+    assert [(each.kind, each.example) for each in routed.remarks] == [
+        ("free-flow", "left0A0 B1top1")
+    ]
+
+
+def test_a_flow_at_random_gets_the_ways_of_the_traffic(make, monkeypatch):
+    """So many vehicles by the short way that SUMO sends some of the flow by the long one."""
+    monkeypatch.setattr(routing, "LONGER_S", 300)
+    jam = '<flow id="j" begin="0" end="500" period="1"><route edges="left0A0 A0B0 B0B1"/></flow>'
+    routed = routed_by_sumo(*make(RANDOM + jam))
+    assert routed.remarks == ()
+    assert len(routed.streams[0].choice) > 1
+
+
 @pytest.mark.parametrize("answer", [(), ("left0A0", "B1top1"), ("left0A0", "pavement", "B1top1")])
 def test_a_trip_without_a_way_that_can_be_driven_keeps_its_own(make, monkeypatch, answer):
     given = make(TRIP.format(3) + TRIP.format(5))
-    answers(monkeypatch, {0: tuple(LONG.split())} | ({1: answer} if answer else {}))
+    answers(monkeypatch, {"0": tuple(LONG.split())} | ({"1": answer} if answer else {}))
     found = routed_by_sumo(*given)
     assert ways(found, given[1]) == [LONG, ways(given[0], given[1])[1]]
     assert [(each.kind, each.count) for each in found.remarks] == [("free-flow", 1)]
@@ -200,7 +236,7 @@ def test_the_mesoscopic_model_is_asked_in_its_own_way_unless_better_is_known(mak
 
     def answer(_net, _vehicles, _programs, options):
         asked.append("--mesosim" in options)
-        return {0: tuple(LONG.split())}
+        return {"0": tuple(LONG.split())}
 
     monkeypatch.setattr(routing, "_asked", answer)
     given = make(TRIP.format(3))

@@ -30,11 +30,14 @@ class Stream:
         Routes and their probabilities.
     kind
         Row in the demand's table.
+    ends
+        From where to where they go, if no file says their route.
     """
 
     departures: Listed | Drawn
     choice: Choice
     kind: int
+    ends: Ends | None = None
 
     def draw(self, begin_s: float, horizon_s: int, rng: np.random.Generator) -> Vehicles:
         """Draw the departures, then the routes if there are several.
@@ -111,6 +114,11 @@ class SumoDemand:
         return max([self.recorded.last_departure_s, *drawn])
 
     @property
+    def unrouted(self) -> list[Ends]:
+        """From where to where those go whose route no file says: trips, then streams."""
+        return [*self.trips.values(), *(each.ends for each in self.streams if each.ends)]
+
+    @property
     def class_counts(self) -> dict[Classes, float]:
         """How many vehicles of which classes there are, of random flows the mean number."""
         found = dict.fromkeys(self.classes, 0.0)
@@ -148,21 +156,30 @@ class SumoDemand:
         """
         return replace(self, recorded=self.recorded.scaled(load))
 
-    def on_ways(self, ways: Mapping[int, Sequence[int]]) -> SumoDemand:
-        """Return the demand with other ways for some of the recorded vehicles.
+    def on_ways(
+        self, ways: Mapping[int, Sequence[int]], choices: Mapping[int, Choice]
+    ) -> SumoDemand:
+        """Return the demand with other ways for some of the vehicles.
 
         Parameters
         ----------
         ways
-            Number of the vehicle to its link indices, which must be a way of the network.
+            Number of a recorded vehicle to its link indices, which must be a way of the network.
+        choices
+            Number of a stream to its ways, likewise, and their probabilities.
         """
         before = self.recorded.recorded
         routes = [ways.get(v, before.route(v)) for v in range(len(before))]
         offset = np.zeros(len(routes) + 1, dtype=np.int32)
         np.cumsum([len(route) for route in routes], out=offset[1:])
-        links = np.concatenate([np.asarray(route, dtype=np.int32) for route in routes])
+        links = np.array([link for route in routes for link in route], dtype=np.int32)
         after = replace(before, route_offset=offset, route_links=links)
-        return replace(self, recorded=replace(self.recorded, recorded=after))
+        streams = [
+            replace(each, choice=choices.get(number, each.choice))
+            for number, each in enumerate(self.streams)
+        ]
+        recorded = replace(self.recorded, recorded=after)
+        return replace(self, recorded=recorded, streams=tuple(streams))
 
 
 def _together(parts: Sequence[Vehicles]) -> Vehicles:

@@ -229,7 +229,7 @@ class _Reading:
         kind = self._kind_of(entry, vehicle_type.classes, stops)
         self._veh_of_space_m[vehicle_type.space_m] += inside.mean_veh
         if isinstance(inside, Drawn) or len(choice) > 1:
-            self._streams.append(Stream(inside, choice, kind))
+            self._streams.append(Stream(inside, choice, kind, ends_of(entry)))
             return
         self._depart_s.extend(inside.depart_s)
         self._routes.extend([choice[0][0]] * len(inside.depart_s))

@@ -9,7 +9,8 @@ from __future__ import annotations
 import hashlib
 import subprocess
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
@@ -20,6 +21,7 @@ from dmil.compilation import user_cache_folder
 from dmil.demand.recorded import first_gap
 from dmil.demand.sumo.demand import SumoDemand
 from dmil.demand.sumo.remarks import TEXTS, DemandRemark
+from dmil.demand.sumo.ways import Ends
 from dmil.errors import DemandError, MissingExtraError, OutputError
 from dmil.files import write_text_atomically
 from dmil.network import RoadNetwork
@@ -40,8 +42,8 @@ _MESOSCOPIC = ("--mesosim", "--meso-junction-control", "--max-depart-delay", str
 _ASIDE = ("Warning:", "pj_obj", "Quitting (on error)")
 _FOLDER, _TITLE = "routes", "ways of trips, digest "
 
-Found = Mapping[int, tuple[str, ...]]
-"""Number of a vehicle to the edges of its way."""
+Found = Mapping[str, tuple[str, ...]]
+"""Id of a trip to the edges of its way: its number, and ``s/n`` for vehicle n of stream s."""
 
 
 def sumo_is_installed() -> bool:
@@ -66,8 +68,9 @@ def routed_by_sumo(
 
     SUMO runs the vehicles once on the network's own signal programs, with seed 23423 and without
     teleporting. Its answer is kept in the user's cache folder for the same network, vehicles,
-    horizon and version of SUMO. A trip that SUMO does not let in keeps its way, and so do flows
-    with random departures; the demand's remarks count the former.
+    horizon and version of SUMO. Vehicles of a flow with random departures choose among the ways
+    that SUMO found for one draw of them, as often as it chose each. A trip that SUMO does not let
+    in keeps its way, and so does a flow of which it lets in nobody: the demand's remarks tell.
 
     Parameters
     ----------
@@ -92,7 +95,7 @@ def routed_by_sumo(
     DemandError
         If SUMO refuses to run, with its own message.
     """
-    if not demand.trips:
+    if not demand.unrouted:
         return demand
     vehicles_xml = "".join(_vehicles_xml(demand, network, horizon_s))
     begin_s = round(demand.begin_s)
@@ -126,25 +129,51 @@ def routed_by_sumo(
     return _on_found(demand, network, found)
 
 
-def with_remark(demand: SumoDemand, count: int) -> SumoDemand:
-    """Return the demand with a remark about trips whose way is not that of the traffic (ours)."""
-    if not count:
+def with_remark(demand: SumoDemand, left: Sequence[Ends]) -> SumoDemand:
+    """Return the demand with a remark about ways that are not those of the traffic (ours).
+
+    Parameters
+    ----------
+    demand
+        The demand.
+    left
+        From where to where those go, an element for each trip and each flow.
+    """
+    if not left:
         return demand
-    name = " ".join(value for _, value in next(iter(demand.trips.values())))
-    remark = DemandRemark("free-flow", count, name, TEXTS["free-flow"])
+    name = " ".join(value for _, value in left[0])
+    remark = DemandRemark("free-flow", len(left), name, TEXTS["free-flow"])
     return replace(demand, remarks=(*demand.remarks, remark))
 
 
 def _on_found(demand: SumoDemand, network: RoadNetwork, found: Found) -> SumoDemand:
     """Take over the ways that exist in the network."""
     known = network.link_index
-    ways = {
-        vehicle: [known[edge] for edge in edges]
-        for vehicle, edges in found.items()
-        if vehicle in demand.trips and all(edge in known for edge in edges)
+    ways: dict[int, tuple[int, ...]] = {}
+    driven: defaultdict[int, Counter[tuple[int, ...]]] = defaultdict(Counter)
+    gaps: dict[tuple[int, ...], int | None] = {}
+    for name, edges in found.items():
+        if not all(edge in known for edge in edges):
+            continue
+        way = tuple(known[edge] for edge in edges)
+        if way not in gaps:
+            gaps[way] = first_gap(network, way)
+        if gaps[way] is not None:
+            continue
+        flow, _, vehicle = name.rpartition("/")
+        if flow:
+            driven[int(flow)][way] += 1
+        elif int(vehicle) in demand.trips:
+            ways[int(vehicle)] = way
+    choices = {
+        flow: tuple((way, times / counts.total()) for way, times in sorted(counts.items()))
+        for flow, counts in driven.items()
     }
-    ways = {vehicle: way for vehicle, way in ways.items() if first_gap(network, way) is None}
-    return with_remark(demand.on_ways(ways), len(demand.trips) - len(ways))
+    left = [ends for trip, ends in demand.trips.items() if trip not in ways]
+    left += [
+        each.ends for flow, each in enumerate(demand.streams) if each.ends and flow not in choices
+    ]
+    return with_remark(demand.on_ways(ways, choices), left)
 
 
 def _version() -> str:
@@ -158,7 +187,7 @@ def _version() -> str:
 def _vehicles_xml(demand: SumoDemand, network: RoadNetwork, horizon_s: int) -> Iterator[str]:
     """Write all vehicles for SUMO, in order of departure: trips as such, others with their route.
 
-    The ids of trips are their numbers. What is random is drawn once.
+    Ids of trips: see `Found`. What is random is drawn once.
     """
     names = [quoteattr(link.id)[1:-1] for link in network.links]
     kinds = [
@@ -181,9 +210,12 @@ def _vehicles_xml(demand: SumoDemand, network: RoadNetwork, horizon_s: int) -> I
         vehicles = parts[part]
         kind = "" if vehicles.kind is None else kinds[vehicles.kind[vehicle]]
         start = f'depart="{depart_s + demand.begin_s:.3f}"{kind}'
-        if part == 0 and vehicle in demand.trips:
-            ends = "".join(f" {name}={quoteattr(to)}" for name, to in demand.trips[vehicle])
-            yield f'<trip id="{vehicle}" {start}{ends}/>\n'
+        of_flow = demand.streams[part - 1].ends if part else None
+        ends = of_flow or (demand.trips.get(vehicle) if part == 0 else None)
+        if ends is not None:
+            name = f"{part - 1}/{vehicle}" if part else f"{vehicle}"
+            where = "".join(f" {name}={quoteattr(to)}" for name, to in ends)
+            yield f'<trip id="{name}" {start}{where}/>\n'
         else:
             edges = " ".join(names[link] for link in vehicles.route(vehicle))
             yield f'<vehicle id="{part}.{vehicle}" {start}><route edges="{edges}"/></vehicle>\n'
@@ -223,10 +255,10 @@ def _asked(net_file: Path, vehicles_xml: str, programs_xml: str, options: list[s
             problem = " / ".join(line for line in lines[-LAST_LINES:] if line)
             raise _failed(net_file, problem or f"it ended with code {done.returncode}")
         return {
-            int(element.attrib["id"]): tuple(route.attrib["edges"].split())
+            element.attrib["id"]: tuple(route.attrib["edges"].split())
             for _, element in iter_elements(output, ("vehicle",), error=DemandError)
             for route in element.iter("route")
-            if element.attrib["id"].isdecimal()
+            if element.attrib["id"].replace("/", "").isdecimal()
         }
 
 
@@ -253,7 +285,7 @@ def _kept(path: Path) -> Found | None:
     if title != f"{_TITLE}{_digest(lines)}":
         return None
     rows = (line.split(" ") for line in lines.split("\n")[:-1])
-    return {int(vehicle): tuple(edges) for vehicle, *edges in rows}
+    return {vehicle: tuple(edges) for vehicle, *edges in rows}
 
 
 def _digest(text: str) -> str:
