@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from dmil.demand.sumo.departures import Drawn, Listed, Turns
 from dmil.errors import DemandError
 from dmil.seeding import stream
 from tests.unit.demand.conftest import NETWORK, kinds
@@ -128,3 +129,20 @@ def test_a_flow_may_have_the_id_of_a_vehicle_but_not_of_another_flow(read):
     assert len(read(vehicle + flow).recorded.recorded.depart_s) == 3
     with pytest.raises(DemandError, match="there is another flow of this id"):
         read(flow + flow)
+
+
+def test_kinds_take_turns_as_often_as_their_shares_say_at_any_time():
+    turns = Turns((0.5, 0.375, 0.125))
+    driven = np.zeros(3)
+    for vehicle in range(1, 41):
+        parts = turns.share_out(Listed(np.array([float(vehicle)])))
+        driven += [len(part.depart_s) for part in parts]
+        assert (np.abs(driven - vehicle * np.array((0.5, 0.375, 0.125))) < 1).all()
+    assert driven.tolist() == [20, 15, 5]
+
+
+def test_a_number_drawn_at_random_times_is_shared_out_in_turn():
+    drawn = Drawn(0.0, 100.0, 0.4, each_second=False, number=8)
+    half, rest, nobody = Turns((0.5, 0.5, 0.0)).share_out(drawn)
+    assert (half.number, rest.number, half.rate_per_s) == (4, 4, 0.2)
+    assert nobody.mean_veh == 0

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from dmil.demand.vehicles import FloatArray
 
@@ -207,28 +208,49 @@ def within(departures: Listed | Drawn, window: Window) -> tuple[Listed | Drawn, 
     return replace(departures, begin_s=first_s, end_s=last_s), 0, 0
 
 
-def shared_out(
-    departures: Listed | Drawn, shares: Sequence[float], rng: np.random.Generator
-) -> list[Listed | Drawn]:
-    """Divide departures at random among several kinds of vehicles (ours).
+class Turns:
+    """Divides departures among several kinds of vehicles, whoever is owed most goes next (ours).
+
+    SUMO draws the kind of every vehicle anew in each run. Here it is settled once, since a way that
+    was found for a bicycle is none for a car: evenly, so that at any time there are as many of each
+    kind as there are in the mean of SUMO's runs, to within one.
 
     Parameters
     ----------
-    departures
-        Those of all.
     shares
         Probability of each kind.
-    rng
-        Stream of random numbers.
     """
-    if isinstance(departures, Listed):
-        kind = rng.choice(len(shares), size=len(departures.depart_s), p=shares)
-        return [Listed(departures.depart_s[kind == k]) for k in range(len(shares))]
-    rates = [departures.rate_per_s * share for share in shares]
-    if departures.number is None:
-        return [replace(departures, rate_per_s=rate) for rate in rates]
-    numbers = rng.multinomial(departures.number, shares).tolist()
-    return [
-        replace(departures, rate_per_s=rate, number=number) if number else Listed(np.zeros(0))
-        for rate, number in zip(rates, numbers, strict=True)
-    ]
+
+    def __init__(self, shares: Sequence[float]) -> None:
+        self._shares = np.array(shares)
+        self._owed = np.zeros(len(shares))
+
+    def share_out(self, departures: Listed | Drawn) -> list[Listed | Drawn]:
+        """Return the departures of each kind.
+
+        Parameters
+        ----------
+        departures
+            The next ones of all kinds together.
+        """
+        kinds = range(len(self._shares))
+        if isinstance(departures, Listed):
+            turns = self._take(len(departures.depart_s))
+            return [Listed(departures.depart_s[turns == k]) for k in kinds]
+        rates = [departures.rate_per_s * share for share in self._shares.tolist()]
+        if departures.number is None:
+            return [replace(departures, rate_per_s=rate) for rate in rates]
+        numbers = np.bincount(self._take(departures.number), minlength=len(kinds)).tolist()
+        return [
+            replace(departures, rate_per_s=rate, number=number) if number else Listed(np.zeros(0))
+            for rate, number in zip(rates, numbers, strict=True)
+        ]
+
+    def _take(self, count: int) -> npt.NDArray[np.int64]:
+        """Return the kinds of the next vehicles."""
+        turns = np.empty(count, np.int64)
+        for vehicle in range(count):
+            self._owed += self._shares
+            turns[vehicle] = np.argmax(self._owed)
+            self._owed[turns[vehicle]] -= 1
+        return turns

@@ -13,7 +13,7 @@ from dmil.demand.recorded import FileDemand, in_order
 from dmil.demand.sumo.acting import DEFINITIONS, device_kinds, names_device, switches
 from dmil.demand.sumo.beside import FOLLOWED, PLACES, Collector, Stops, devices_xml, through
 from dmil.demand.sumo.demand import Stream, SumoDemand
-from dmil.demand.sumo.departures import Drawn, Listed, Quota, Window, shared_out, within
+from dmil.demand.sumo.departures import Drawn, Listed, Quota, Turns, Window, within
 from dmil.demand.sumo.entry import Entry
 from dmil.demand.sumo.flows import departure_of_vehicle, departures_of_flow
 from dmil.demand.sumo.persons import Persons
@@ -24,7 +24,6 @@ from dmil.errors import DemandError
 from dmil.network import RoadNetwork
 from dmil.network.permissions import Classes
 from dmil.network.xml_file import iter_elements
-from dmil.seeding import stream
 
 VEHICLES = ("vehicle", "trip", "flow")
 PERSONS = ("person", "personFlow")
@@ -137,7 +136,7 @@ class _Reading:
         self._unknown: tuple[Entry, str] | None = None
         self._first_s = math.inf
         self._veh_of_space_m: defaultdict[float, float] = defaultdict(float)
-        self._rng = stream(0, "vehicle types")
+        self._turns: dict[str, Turns] = {}
 
     def read(self, path: str | Path, *, in_order: bool) -> None:
         """Take up all that a file defines; of a route file SUMO takes vehicles in order only."""
@@ -193,9 +192,9 @@ class _Reading:
         if not vehicle_type.members:
             self._take_of(vehicle_type, entry, departures)
             return
-        # SUMO draws anew in each run; but a way that was found for a bicycle is none for a car.
         names, shares, types = zip(*vehicle_type.members, strict=True)
-        parts = shared_out(departures, shares, self._rng)
+        turns = self._turns.setdefault(entry.get("type") or "", Turns(shares))
+        parts = turns.share_out(departures)
         for name, each, part in zip(names, types, parts, strict=True):
             self._take_of(each, entry.of_type(name), part)
 
