@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dmil.demand.sumo.departures import Drawn, Listed, Turns
+from dmil.demand.sumo.departures import Drawn, Listed, Turns, Window
 from dmil.errors import DemandError
 from dmil.seeding import stream
 from tests.unit.demand.conftest import NETWORK, kinds
@@ -132,7 +132,7 @@ def test_a_flow_may_have_the_id_of_a_vehicle_but_not_of_another_flow(read):
 
 
 def test_kinds_take_turns_as_often_as_their_shares_say_at_any_time():
-    turns = Turns((0.5, 0.375, 0.125))
+    turns = Turns((0.5, 0.375, 0.125), Window(0.0, None))
     driven = np.zeros(3)
     for vehicle in range(1, 41):
         parts = turns.share_out(Listed(np.array([float(vehicle)])))
@@ -143,6 +143,15 @@ def test_kinds_take_turns_as_often_as_their_shares_say_at_any_time():
 
 def test_a_number_drawn_at_random_times_is_shared_out_in_turn():
     drawn = Drawn(0.0, 100.0, 0.4, each_second=False, number=8)
-    half, rest, nobody = Turns((0.5, 0.5, 0.0)).share_out(drawn)
+    half, rest, nobody = Turns((0.5, 0.5, 0.0), Window(0.0, None)).share_out(drawn)
     assert (half.number, rest.number, half.rate_per_s) == (4, 4, 0.2)
     assert nobody.mean_veh == 0
+
+
+def test_in_a_run_kinds_are_as_often_as_their_shares_say_whatever_comes_after_it():
+    turns = Turns((0.75, 0.25), Window(0.0, 100.0))
+    driven = np.zeros(2)
+    for first_s in range(10):
+        parts = turns.share_out(Listed(np.arange(first_s, 9000.0, 31.0)))
+        driven += [(part.depart_s < 100).sum() for part in parts]
+    assert abs(driven[1] - driven.sum() / 4) < 1

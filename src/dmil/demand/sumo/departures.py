@@ -212,18 +212,20 @@ class Turns:
     """Divides departures among several kinds of vehicles, whoever is owed most goes next (ours).
 
     SUMO draws the kind of every vehicle anew in each run. Here it is settled once, since a way that
-    was found for a bicycle is none for a car: evenly, so that at any time there are as many of each
-    kind as there are in the mean of SUMO's runs, to within one.
+    was found for a bicycle is none for a car: evenly, so that in a run there are as many of each
+    kind as there are in the mean of SUMO's, to within one.
 
     Parameters
     ----------
     shares
         Probability of each kind.
+    window
+        Of the run; those outside it take turns of their own.
     """
 
-    def __init__(self, shares: Sequence[float]) -> None:
-        self._shares = np.array(shares)
-        self._owed = np.zeros(len(shares))
+    def __init__(self, shares: Sequence[float], window: Window) -> None:
+        self._shares, self._window = np.array(shares), window
+        self._owed, self._owed_outside = np.zeros((2, len(shares)))
 
     def share_out(self, departures: Listed | Drawn) -> list[Listed | Drawn]:
         """Return the departures of each kind.
@@ -235,22 +237,29 @@ class Turns:
         """
         kinds = range(len(self._shares))
         if isinstance(departures, Listed):
-            turns = self._take(len(departures.depart_s))
+            begin_s, end_s = self._window.begin_s, self._window.end_s
+            times = departures.depart_s
+            inside = (times >= begin_s) & (times < (np.inf if end_s is None else end_s))
+            turns = np.empty(len(times), np.int64)
+            turns[inside] = self._take(self._owed, int(inside.sum()))
+            turns[~inside] = self._take(self._owed_outside, int((~inside).sum()))
             return [Listed(departures.depart_s[turns == k]) for k in kinds]
         rates = [departures.rate_per_s * share for share in self._shares.tolist()]
         if departures.number is None:
             return [replace(departures, rate_per_s=rate) for rate in rates]
-        numbers = np.bincount(self._take(departures.number), minlength=len(kinds)).tolist()
+        numbers = np.bincount(
+            self._take(self._owed, departures.number), minlength=len(kinds)
+        ).tolist()
         return [
             replace(departures, rate_per_s=rate, number=number) if number else Listed(np.zeros(0))
             for rate, number in zip(rates, numbers, strict=True)
         ]
 
-    def _take(self, count: int) -> npt.NDArray[np.int64]:
+    def _take(self, owed: FloatArray, count: int) -> npt.NDArray[np.int64]:
         """Return the kinds of the next vehicles."""
         turns = np.empty(count, np.int64)
         for vehicle in range(count):
-            self._owed += self._shares
-            turns[vehicle] = np.argmax(self._owed)
-            self._owed[turns[vehicle]] -= 1
+            owed += self._shares
+            turns[vehicle] = np.argmax(owed)
+            owed[turns[vehicle]] -= 1
         return turns

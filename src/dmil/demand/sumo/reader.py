@@ -193,7 +193,7 @@ class _Reading:
             self._take_of(vehicle_type, entry, departures)
             return
         names, shares, types = zip(*vehicle_type.members, strict=True)
-        turns = self._turns.setdefault(entry.get("type") or "", Turns(shares))
+        turns = self._turns.setdefault(entry.get("type") or "", Turns(shares, self._window))
         parts = turns.share_out(departures)
         for name, each, part in zip(names, types, parts, strict=True):
             self._take_of(each, entry.of_type(name), part)
