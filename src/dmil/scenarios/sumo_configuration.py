@@ -17,6 +17,9 @@ from dmil.network.xml_file import XmlWalk
 from dmil.scenarios.sumo_options import OPTIONS
 
 ROOTS = ("configuration", "sumoConfiguration")
+SCENERY = (".poly.xml", ".poi.xml", ".poly.xml.gz", ".poi.xml.gz")
+"""Endings of files that are only drawn, by the habit of SUMO's tools (osmWebWizard); who hands a
+network on often leaves them out."""
 _VARIABLE = re.compile(r"\$\{(.+?)\}")
 
 
@@ -92,7 +95,11 @@ def read_sumo_configuration(path: str | Path) -> SumoConfiguration:
     return SumoConfiguration(
         net_file=nets[0],
         route_files=options.paths("route-files", folder),
-        additional_files=options.paths("additional-files", folder),
+        additional_files=tuple(
+            file
+            for file in options.paths("additional-files", folder)
+            if file.exists() or not file.name.endswith(SCENERY)
+        ),
         begin_s=int(begin_s),
         end_s=end_s,
         scale=options.number("scale", 1.0),

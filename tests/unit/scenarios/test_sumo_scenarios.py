@@ -302,3 +302,16 @@ def test_the_files_of_resco_are_found_without_importing_their_package():
     pytest.importorskip("sumo", reason="needs the extra sumo")
     path = find_resco_configuration("resco/grid4x4")
     assert isinstance(path, Path) and path.name == "grid4x4.sumocfg"
+
+
+@pytest.mark.parametrize("name", ["osm.poly.xml", "houses.poi.xml.gz"])
+def test_scenery_that_was_not_handed_on_is_no_obstacle(tmp_path, name):
+    (tmp_path / "city.sumocfg").write_text(
+        f'<configuration><net-file value="n.net.xml"/><additional-files value="a.add.xml,{name}"/>'
+        "</configuration>"
+    )
+    found = read_sumo_configuration(tmp_path / "city.sumocfg")
+    assert [file.name for file in found.additional_files] == ["a.add.xml"]
+    (tmp_path / name).touch()
+    found = read_sumo_configuration(tmp_path / "city.sumocfg")
+    assert [file.name for file in found.additional_files] == ["a.add.xml", name]
