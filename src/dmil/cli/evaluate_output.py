@@ -41,7 +41,10 @@ def notes_of(
     notes = [UNFINISHED]
     several = len(found.seeds) > 1
     if several and not found.one_day:
-        notes.append("Below each mean: its 95 % bootstrap interval over seeds.")
+        notes.append(
+            "Below each mean: its 95 % bootstrap interval over seeds, then median, interquartile "
+            "mean (IQM) and worst seed."
+        )
     if found.same_demand:
         notes.append(
             "The vehicles are recorded, the same in every seed: one day, no interval. --resample "

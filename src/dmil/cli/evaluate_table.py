@@ -37,6 +37,8 @@ SHOWN = (
     Measure("bytes_per_intersection", "memory bytes", "per intersection", 0, True),
 )
 LABEL_WIDTH, COLUMN_WIDTH = 16, 20
+SPREAD = "median IQM worst"
+"""Label of how a measure varies over seeds: median, interquartile mean, worst seed."""
 
 
 def ranking_table(found: Comparison, measure: Measure) -> Table:
@@ -78,7 +80,7 @@ def _name_lines(label: str) -> list[str]:
 
 
 def comparison_table(found: Comparison, columns: range) -> Table:
-    """Return means, intervals and differences to the reference (ours).
+    """Return means, intervals, how they vary over seeds, and differences to the reference (ours).
 
     Parameters
     ----------
@@ -92,6 +94,7 @@ def comparison_table(found: Comparison, columns: range) -> Table:
     for i in columns:
         head = "\n".join(_name_lines(found.labels[i]))
         table.add_column(head, width=COLUMN_WIDTH, justify="right", overflow="fold")
+    several = len(found.seeds) > 1 and not found.one_day
     reference = "\n".join(textwrap.wrap(f"− {found.reference}", LABEL_WIDTH))
     for measure in SHOWN:
         values = found.measures[measure.name]
@@ -102,6 +105,13 @@ def comparison_table(found: Comparison, columns: range) -> Table:
         fixed = measure.optional and bool((values == values[0]).all())
         cells = (_cell(mean, i, measure, plain=fixed) for i in columns)
         table.add_row(_label(measure), *cells)
+        if several and not fixed:
+            spread = list(found.spread(measure.name).values())
+            cells = (
+                " ".join(number(float(each[i]) * measure.factor, measure.digits) for each in spread)
+                for i in columns
+            )
+            table.add_row(Text(SPREAD, "dim"), *cells)
         difference = found.difference(measure.name) if measure.name in DIFFERENCES else None
         if difference is not None:
             cells = (

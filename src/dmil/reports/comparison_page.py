@@ -85,7 +85,7 @@ def write_comparison(
             withheld=found.withheld,
             locked=locked_notes(found),
             ranking=ranking,
-            spread=[] if found.one_day or len(found.seeds) == 1 else _spread(found),
+            varies=_varies(found),
             answers=_answers(found),
             reference=found.reference
             if found.reference in found.labels and not found.withheld
@@ -132,11 +132,13 @@ def _rows(found: Comparison, columns: Sequence[Any]) -> list[dict[str, Any]]:
     for metric, _, factor, digits, compared in columns:
         mean = found.mean(metric)
         difference = found.difference(metric) if compared else None
+        spread = list(found.spread(metric).values()) if _varies(found) else []
         for i, row in enumerate(rows):
             is_other = row["label"] != found.reference
             row["cells"].append(
                 {
                     "mean": _cell(mean, i, factor, digits),
+                    "spread": [float(each[i]) * factor for each in spread],
                     "difference": _cell(difference, i, factor, digits)
                     if difference is not None and is_other
                     else None,
@@ -145,10 +147,9 @@ def _rows(found: Comparison, columns: Sequence[Any]) -> list[dict[str, Any]]:
     return rows
 
 
-def _spread(found: Comparison) -> list[tuple[float, ...]]:
-    """Return median, interquartile mean and worst seed of the delay, for every contender."""
-    each = found.spread(METRIC).values()
-    return [tuple(map(float, row)) for row in zip(*each, strict=True)]
+def _varies(found: Comparison) -> bool:
+    """Tell whether there is more than one seed, and more than one day."""
+    return len(found.seeds) > 1 and not found.one_day
 
 
 def _cell(estimate: Estimate, i: int, factor: float, digits: int) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """``dmil evaluate``: whom differences are taken to, and the page."""
 
+import csv
 import json
 import re
 
@@ -120,3 +121,19 @@ def test_vehicles_without_a_way_are_told(dmil, tmp_path):
     found = dmil.json(*run, "--routes", f"{routes},{stray}")
     assert any("cannot be driven: 1 of the files' vehicles" in note for note in found["notes"])
     assert "cannot be driven" not in dmil(*run, "--routes", routes)
+
+
+def test_median_interquartile_mean_and_worst_seed_stand_below_every_mean(dmil, tmp_path):
+    page, rows = tmp_path / "page.html", tmp_path / "seeds.csv"
+    run = ("evaluate", "grid:1x2", "--steps", 300, "--seeds", 3, "--jobs", 1)
+    text = dmil(*run, "--report", page, "--csv", rows)
+    with rows.open(encoding="utf-8") as file:
+        found = [each for each in csv.DictReader(file) if each["controller"] == "max-pressure"]
+    delays = sorted(float(each["delay_s"]) for each in found)
+    # Of three, a quarter is less than one: nobody is left out of the interquartile mean.
+    mean = sum(delays) / 3
+    told = [f"{each:.1f}" for each in (delays[1], mean, delays[2])]
+    assert " ".join(told) in text
+    assert " · ".join(told) in page.read_text(encoding="utf-8")
+    assert text.count("median IQM worst") == 6
+    assert "median IQM worst" not in dmil(*run[:5], 1)
