@@ -20,8 +20,9 @@ def answer(found: Comparison) -> str:
     """Say in one or two sentences which contender to use (ours).
 
     Those whose paired difference to the one with the least mean delay has an interval with 0 in it
-    are level with it, unless they lock in some seeds and it does not. On one recorded day, or in
-    one seed, it says no more than what was seen.
+    are level with it, unless they lock in some seeds and it does not, or it is shown to beat the
+    network's own plan and they are not. On one recorded day, or in one seed, it says no more than
+    what was seen.
 
     Parameters
     ----------
@@ -123,8 +124,11 @@ def _shown(found: Comparison, usable: list[int], plan: int | None) -> str:
         cut = found.difference(METRIC, found.labels[plan])
         assert cut is not None, "the plan is in the comparison"
         low, high = sorted((-cut.low[best], -cut.high[best]))
+        if cut.high[best] < 0:
+            # Who is not shown to beat the plan is no equal of one that is.
+            names = [found.labels[i] for i in level if cut.high[i] < 0]
         gain = f", {-cut.value[best]:.1f} s [{low:.1f}, {high:.1f}] less than your plan"
-    if len(level) == 1:
+    if len(names) == 1:
         least = f"it has the least delay, {value:.1f} s per vehicle{gain}"
         return f"Use {_called(names[0])}: {least}.{where}"
     rules = [name for name in names if _is_rule(name)]

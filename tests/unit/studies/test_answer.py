@@ -89,6 +89,12 @@ def test_no_vehicle_no_answer():
     assert "no vehicle departed" in answer(comparison({PLAN: [np.nan] * 3, RULE: [np.nan] * 3}))
 
 
+def test_who_is_not_shown_to_beat_the_plan_is_not_level_with_one_that_is():
+    plan, memory = [32.0, 45.0, 40.0, 38.0, 50.0], [21.0, 21.6, 17.5, 18.3, 37.3]
+    found = comparison({PLAN: plan, "actuated": [35.6, 40.0, 34.1, 37.8, 32.6], MEMORY: memory})
+    assert answer(found).startswith("Use factored: it has the least delay, 23.1 s per vehicle")
+
+
 def test_who_locks_is_not_level_with_the_best_one():
     other = [16.3, 15.8, 900.0, 15.9, 16.1]
     locked = {(MEMORY, 2): (Locked("X", 1240),)}
