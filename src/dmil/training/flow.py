@@ -9,9 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.demand import Vehicles
-from dmil.network import RoadNetwork
-from dmil.scenarios import Scenario
-from dmil.simulation import Measures, Observation, Simulator
+from dmil.simulation import Observation, Simulator
+from dmil.training.watching import Watching
 
 WINDOW_S = 300
 """At least so long an intersection stands still: longer than any cycle."""
@@ -53,7 +52,7 @@ class Lock:
     since_s: int
 
 
-class FlowRecorder:
+class FlowRecorder(Watching):
     """A simulator that notes what flows through the intersections of another one (ours).
 
     Parameters
@@ -63,28 +62,8 @@ class FlowRecorder:
     """
 
     def __init__(self, simulator: Simulator) -> None:
-        self._simulator = simulator
+        super().__init__(simulator)
         self._noted: list[tuple[int, npt.NDArray[np.int32], npt.NDArray[np.int32]]] = []
-
-    @property
-    def scenario(self) -> Scenario:
-        """What is simulated."""
-        return self._simulator.scenario
-
-    @property
-    def network(self) -> RoadNetwork:
-        """The road network that is simulated."""
-        return self._simulator.network
-
-    @property
-    def decision_interval_s(self) -> int:
-        """Time between two decisions."""
-        return self._simulator.decision_interval_s
-
-    @property
-    def horizon_s(self) -> int:
-        """Time at which a run ends."""
-        return self._simulator.horizon_s
 
     @property
     def flow(self) -> Flow:
@@ -100,14 +79,6 @@ class FlowRecorder:
     def advance(self, phases: npt.NDArray[np.integer]) -> Observation:
         """Simulate one decision interval."""
         return self._note(self._simulator.advance(phases))
-
-    def passed_veh(self) -> npt.NDArray[np.int64]:
-        """Return the vehicles that have crossed each intersection's stop lines."""
-        return self._simulator.passed_veh()
-
-    def measures(self) -> Measures:
-        """Return what has been measured since the last reset."""
-        return self._simulator.measures()
 
     def _note(self, observation: Observation) -> Observation:
         queue = observation.queue_veh.sum(axis=1, dtype=np.int32)

@@ -13,9 +13,8 @@ import numpy.typing as npt
 from dmil.demand import Vehicles
 from dmil.files import write_atomically
 from dmil.network import RoadNetwork
-from dmil.scenarios import Scenario
 from dmil.simulation import Observation, Simulator
-from dmil.simulation.measures import Measures
+from dmil.training.watching import Watching
 
 COLUMNS = (
     "time_s",
@@ -60,7 +59,7 @@ class SignalEvent:
     overruled: int
 
 
-class EventRecorder:
+class EventRecorder(Watching):
     """A simulator that notes what the signals of another one do (ours).
 
     Parameters
@@ -70,28 +69,8 @@ class EventRecorder:
     """
 
     def __init__(self, simulator: Simulator) -> None:
-        self._simulator = simulator
+        super().__init__(simulator)
         self.events: list[SignalEvent] = []
-
-    @property
-    def scenario(self) -> Scenario:
-        """What is simulated."""
-        return self._simulator.scenario
-
-    @property
-    def network(self) -> RoadNetwork:
-        """The road network that is simulated."""
-        return self._simulator.network
-
-    @property
-    def decision_interval_s(self) -> int:
-        """Time between two decisions."""
-        return self._simulator.decision_interval_s
-
-    @property
-    def horizon_s(self) -> int:
-        """Time at which a run ends."""
-        return self._simulator.horizon_s
 
     def reset(self, vehicles: Vehicles, seed: int = 0) -> Observation:
         """Start a run; earlier events are forgotten."""
@@ -125,14 +104,6 @@ class EventRecorder:
             self._green_from_s[i], self._overruled[i] = green_from_s[i], 0
         self._phase, self._time_s = observation.phase.copy(), observation.time_s
         return observation
-
-    def passed_veh(self) -> npt.NDArray[np.int64]:
-        """Return the vehicles that have crossed each intersection's stop lines."""
-        return self._simulator.passed_veh()
-
-    def measures(self) -> Measures:
-        """Return what has been measured since the last reset."""
-        return self._simulator.measures()
 
 
 def write_signal_events(file: Path, events: Sequence[SignalEvent], network: RoadNetwork) -> None:
