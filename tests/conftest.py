@@ -104,6 +104,26 @@ def varied():
 
 
 @pytest.fixture(scope="session")
+def one_lane():
+    """A function that leaves a network one lane on every road, which all movements share."""
+
+    def narrow(network):
+        return replace(
+            network,
+            links=tuple(replace(link, lanes=1) for link in network.links),
+            intersections=tuple(
+                replace(
+                    node,
+                    movements=tuple(replace(movement, lanes=(0,)) for movement in node.movements),
+                )
+                for node in network.intersections
+            ),
+        )
+
+    return narrow
+
+
+@pytest.fixture(scope="session")
 def wander():
     """A function that draws vehicles that turn at random; some park on a link inside."""
 

@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 
+from tests.differential.plain_guard import PlainGuard
+
 RED, KEPT, SWITCHED, PARTLY = range(4)
 QUEUE_BINS = [*range(9), 9, 11, 15]
 SINGLE = np.float32
@@ -77,6 +79,7 @@ class PlainFactored:
             self.ways[movement.from_link].append(movement.to_link)
         moves = [m for node in self.network.intersections for m in node.movements]
         self.fed = {self.ahead(movement.to_link) for movement in moves}
+        self.guard = PlainGuard(self.network, self.interval_s)
         self.asked = None
 
     def ahead(self, link):
@@ -93,6 +96,7 @@ class PlainFactored:
         return max(0.0, 1 - self.time_s[link] / self.interval_s)
 
     def decide(self, seen):
+        self.guard.look(seen)
         for i, node in enumerate(self.network.intersections):
             for group in self.groups[node.id]:
                 self.look(group, i, seen)
@@ -194,10 +198,15 @@ class PlainFactored:
             for p, phase in enumerate(node.phases):
                 tie = max(TIE, TIE_PART * highest)
                 merit = self.merit(node, phase, green) + 2 * tie * (p == shown[i])
+                merit += self.options["vehicle"] * self.owed(i, phase)
                 if merit > highest + tie:
                     best, highest = p, merit
             phases.append(best)
         return np.array(phases)
+
+    def owed(self, i, phase):
+        guarded = self.options.get("guard", True)
+        return sum(self.guard.owed.get((i, j), 0.0) for j in phase) if guarded else 0.0
 
     def merit(self, node, phase, green):
         total = 0.0

@@ -41,6 +41,7 @@ class PlainLookahead(PlainFactored):
         self.table = {}
 
     def decide(self, seen):
+        self.guard.look(seen)
         for i, node in enumerate(self.network.intersections):
             for group in self.groups[node.id]:
                 self.look(group, i, seen)
@@ -68,6 +69,7 @@ class PlainLookahead(PlainFactored):
         for i, node in enumerate(self.network.intersections):
             costs = [
                 min(self.pair_cost(node, now, then, green) for then in node.phases)
+                - self.options["terminal"] * self.owed(i, now)
                 for now in node.phases
             ]
             best = [p for p, cost in enumerate(costs) if cost < min(costs) + SAME]

@@ -24,6 +24,7 @@ OPTIONS = {
     "no announcement": {"expected": 0.0, "wave": 0.0},
     "evidence": {"evidence": 0.5},
     "learning": {"learning": False},
+    "guard": {"guard": False},
     "all others": {
         "expected": 0.937,
         "wave": 2.0,
@@ -70,7 +71,7 @@ def with_junctions(network):
 
 
 @pytest.fixture(scope="module")
-def places(mixed_network, varied):
+def places(mixed_network, varied, one_lane):
     """Networks and signal timings, and how many vehicles come per second."""
     return {
         "grid:2x2": (grid(2, 2), SignalTiming(), 1.2),
@@ -79,6 +80,7 @@ def places(mixed_network, varied):
         "clearance": (grid(2, 2), SLOW, 0.9),
         "uneven": (uneven_network(), HASTY, 1.5),
         "lanes": (varied(mixed_network, stream(3, "lanes")), SLOW, 1.0),
+        "stuck": (one_lane(grid(1, 2)), SignalTiming(), 0.8),
         "junctions": (with_junctions(grid(1, 3)), SignalTiming(startup_lost_s=2), 1.0),
     }
 
@@ -121,7 +123,8 @@ class Both:
 
 @pytest.mark.parametrize("options", OPTIONS)
 @pytest.mark.parametrize(
-    "place", ["grid:2x2", "grid:3x3", "overloaded", "clearance", "uneven", "lanes", "junctions"]
+    "place",
+    ["grid:2x2", "grid:3x3", "overloaded", "clearance", "uneven", "lanes", "stuck", "junctions"],
 )
 def test_decisions_and_tables_are_those_of_the_plain_twin(place, options, places, wander):
     network, timing, veh_per_s = places[place]
@@ -133,6 +136,7 @@ def test_decisions_and_tables_are_those_of_the_plain_twin(place, options, places
         overruled += both.run(made, wander(network, made.horizon_s, veh_per_s, rng))
     both.compare_tables()
     assert (overruled > 0) == (timing is HASTY)
+    assert (max(both.twin.guard.owed.values()) > 0) == (place in ("lanes", "stuck"))
     assert (len(both.twin.table) > 10) == (options != "learning")
 
 

@@ -22,6 +22,7 @@ OPTIONS = {
     "no announcement": {"rounds": 0},
     "wave": {"wave": 0.0, "rounds": 1},
     "learning": {"learning": False},
+    "guard": {"guard": False},
     "all others": {
         "plan": 0.3,
         "terminal": 0.7,
@@ -38,19 +39,22 @@ OPTIONS = {
 
 
 @pytest.fixture(scope="module")
-def places(mixed_network, varied):
+def places(mixed_network, varied, one_lane):
     """Networks and signal timings, and how many vehicles come per second."""
     return {
         "grid:2x2": (grid(2, 2), SignalTiming(), 1.2),
         "overloaded": (grid(1, 2), SignalTiming(), 9.0),
         "clearance": (grid(2, 2), SLOW, 0.9),
         "uneven": (uneven_network(), HASTY, 1.5),
+        "stuck": (one_lane(grid(1, 2)), SignalTiming(), 0.8),
         "lanes": (varied(mixed_network, stream(3, "lanes")), SLOW, 1.0),
     }
 
 
 @pytest.mark.parametrize("options", OPTIONS)
-@pytest.mark.parametrize("place", ["grid:2x2", "overloaded", "clearance", "uneven", "lanes"])
+@pytest.mark.parametrize(
+    "place", ["grid:2x2", "overloaded", "clearance", "uneven", "lanes", "stuck"]
+)
 def test_decisions_and_tables_are_those_of_the_plain_twin(place, options, places, wander):
     network, timing, veh_per_s = places[place]
     dynamics = QueueDynamics(saturation_flow_veh_per_s=0.5)

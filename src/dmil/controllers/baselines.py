@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from dmil.controllers.cycles import Cycles
 from dmil.controllers.merits import PhaseChoice
 from dmil.controllers.protocol import FloatArray, IntArray, Situation
 from dmil.controllers.settings import (
     FixedCycleSettings,
+    GreedySettings,
     LongestQueueFirstSettings,
     MaxPressureSettings,
 )
+from dmil.controllers.shared_lanes import SharedLaneGuard
 from dmil.errors import InputError
 from dmil.simulation import Observation
 from dmil.simulation.pressure import movement_pressure
@@ -106,10 +110,28 @@ class ActuatedController(ProgramController):
     asks_for = ACTUATED
 
 
-class LongestQueueFirstController:
+class _GreedyController:
+    """Serves the phase of the highest merit, what is owed to shared lanes added."""
+
+    settings: GreedySettings
+
+    def begin(self, situation: Situation) -> None:
+        """Note which movements each phase serves, and which share lanes."""
+        hysteresis = self.settings.hysteresis
+        self._network = situation.network
+        self._choice = PhaseChoice(situation.network, situation.timing, hysteresis)
+        self._guard = SharedLaneGuard(situation, enabled=self.settings.guard)
+
+    def _best(self, merit_veh: npt.NDArray[Any], observation: Observation) -> IntArray:
+        owed_veh = self._guard.owed_veh(observation)
+        return self._choice.best(merit_veh + owed_veh, observation.phase)
+
+
+class LongestQueueFirstController(_GreedyController):
     """Serves the phase with the most vehicles queued in front of it.
 
-    What a switch costs, and which of equally good phases is taken: see `PhaseChoice`.
+    What a switch costs, and which of equally good phases is taken: see `PhaseChoice`; what keeps
+    lanes that movements share from getting stuck: `SharedLaneGuard`.
 
     Parameters
     ----------
@@ -120,25 +142,21 @@ class LongestQueueFirstController:
     def __init__(self, settings: LongestQueueFirstSettings | None = None) -> None:
         self.settings = settings or LongestQueueFirstSettings()
 
-    def begin(self, situation: Situation) -> None:
-        """Note which movements each phase serves."""
-        hysteresis = self.settings.hysteresis
-        self._choice = PhaseChoice(situation.network, situation.timing, hysteresis)
-
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Compare the queues of all phases."""
         counted_veh = observation.queue_veh
         if self.settings.approaching:
             counted_veh = counted_veh + observation.approaching_veh
-        return self._choice.best(counted_veh, observation.phase)
+        return self._best(counted_veh, observation)
 
 
-class MaxPressureController:
+class MaxPressureController(_GreedyController):
     """Serves the phase with the highest pressure (Varaiya 2013).
 
-    What a switch costs, and which of equally good phases is taken: see `PhaseChoice`. With
-    ``approaching`` vehicles that arrive within the decision interval count as queued where they
-    come from, since this green can serve them; where a movement leads to, only those queued do.
+    What a switch costs, and which of equally good phases is taken: see `PhaseChoice`; what keeps
+    lanes that movements share from getting stuck: `SharedLaneGuard`. With ``approaching`` vehicles
+    that arrive within the decision interval count as queued where they come from, since this green
+    can serve them; where a movement leads to, only those queued do.
 
     Parameters
     ----------
@@ -149,15 +167,9 @@ class MaxPressureController:
     def __init__(self, settings: MaxPressureSettings | None = None) -> None:
         self.settings = settings or MaxPressureSettings()
 
-    def begin(self, situation: Situation) -> None:
-        """Note which movements each phase serves."""
-        self._network = situation.network
-        hysteresis = self.settings.hysteresis
-        self._choice = PhaseChoice(situation.network, situation.timing, hysteresis)
-
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Compare the pressures of all phases."""
         pressure_veh = movement_pressure(observation.queue_veh, self._network)
         if self.settings.approaching:
             pressure_veh += observation.approaching_veh
-        return self._choice.best(pressure_veh, observation.phase)
+        return self._best(pressure_veh, observation)

@@ -38,6 +38,11 @@ class FactoredSettings(BaseModel):
         description="Vehicles that green for a lane counts more if those who leave it find green "
         "ahead, by the announcement of the next intersection; 0: no coordination.",
     )
+    guard: bool = Field(
+        default=True,
+        description="Whether red counts more, the longer it lasts, where lanes that movements "
+        "share have been seen stuck.",
+    )
     learning: bool = Field(default=True, description="Whether the table changes.")
     discount: float = Field(default=0.9, ge=0, lt=1, description="γ.")
     vehicle: float = Field(
@@ -83,6 +88,11 @@ class FactoredController(LaneMemory[FactoredTable]):
     def __init__(self, settings: FactoredSettings | None = None) -> None:
         super().__init__()
         self.settings = settings or FactoredSettings()
+
+    @property
+    def guard(self) -> bool:
+        """Whether there is a guard for shared lanes."""
+        return self.settings.guard
 
     def _new_table(self, columns: int) -> FactoredTable:
         return make_factored_table(ROWS, columns, with_errors=self.settings.evidence > 0.0)

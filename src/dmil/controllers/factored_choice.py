@@ -29,6 +29,7 @@ from dmil.controllers.lane_state import (
     RED,
     SIGHTS,
     ByteArray,
+    FloatArray,
     IntArray,
     Real,
     Scratch,
@@ -148,14 +149,14 @@ def decide(
         )
     expect_by_rate(groups, weights.expected, short, scratch)
     _weigh(groups, weights, short, scratch, gains)
-    _choose(groups, seen, gains, phases)
+    _choose(groups, weights.vehicle, seen, gains, phases)
     if weights.expected > 0.0 or weights.wave > 0.0:
         announce(groups, weights.use_approaching, seen, scratch, phases)
         expect_announced(groups, weights.expected, short, scratch)
         _weigh(groups, weights, short, scratch, gains)
         find_waves(groups, weights.vehicle * weights.wave, scratch)
         _add_waves(groups, scratch, gains)
-        _choose(groups, seen, gains, phases)
+        _choose(groups, weights.vehicle, seen, gains, phases)
     note_treatment(groups, weights.after_switch, scratch, phases)
     _prepare_errors(weights, short, scratch, gains)
     _learn(groups, weights, table, short, seen, scratch, gains)
@@ -205,11 +206,13 @@ def _add_waves(groups: LaneGroups, scratch: Scratch, gains: Gains) -> None:
 
 
 @kernel
-def _choose(groups: LaneGroups, seen: Seen, gains: Gains, phases: IntArray) -> None:
+def _choose(groups: LaneGroups, vehicle: float, seen: Seen, gains: Gains, phases: IntArray) -> None:
     """Choose for every intersection the phase with the highest sum of gains."""
     highest, total = gains.highest, gains.total
     for phase in range(total.shape[0]):
         _add_up(groups.served_block[:, phase], gains.gain, total[phase])
+    if seen.owed_veh.shape[0] > 0:
+        _add_owed(groups, vehicle, seen.owed_veh, total)
     for i in range(phases.shape[0]):
         phases[i] = 0
         highest[i] = -np.float32(np.inf)
@@ -235,6 +238,18 @@ def _add_up(served: Indices, gain: Single, total: Single) -> None:
     for k in range(1, served.shape[0]):
         for i in range(total.shape[0]):
             total[i] += gain[served[k, i]]
+
+
+@kernel
+def _add_owed(groups: LaneGroups, vehicle: float, owed_veh: FloatArray, total: Single) -> None:
+    """Let green count more for those whose shared lanes got stuck."""
+    for i in range(total.shape[1]):
+        first = groups.phase_offset[i]
+        for phase in range(first, groups.phase_offset[i + 1]):
+            owed = 0.0
+            for place in range(groups.flow_offset[phase], groups.flow_offset[phase + 1]):
+                owed += owed_veh[groups.flows[place]]
+            total[phase - first, i] += np.float32(vehicle * owed)
 
 
 @kernel

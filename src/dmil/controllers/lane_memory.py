@@ -11,6 +11,7 @@ import numpy.typing as npt
 from dmil.controllers.lane_groups import LaneGroups, lane_groups
 from dmil.controllers.lane_state import KEPT, PARTLY, SWITCHED, Scratch, Seen, ShortTerm
 from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
+from dmil.controllers.shared_lanes import SharedLaneGuard
 from dmil.errors import DivergedError, PolicyError
 from dmil.scenarios import lost_s
 from dmil.simulation import Observation
@@ -54,6 +55,11 @@ class LaneMemory(ABC, Generic[Table]):
         self._table: Table | None = None
         self._lookups = np.zeros(len(self.sources), np.int64)
 
+    @property
+    @abstractmethod
+    def guard(self) -> bool:
+        """Whether there is a guard for shared lanes."""
+
     def begin(self, situation: Situation) -> None:
         """Forget the arrivals of the last run; the table stays, on whatever network.
 
@@ -64,6 +70,7 @@ class LaneMemory(ABC, Generic[Table]):
         """
         self._groups = groups = lane_groups(situation)
         self._short, self._scratch = _short_term(groups), _scratch(groups, self._lookups)
+        self._guard = SharedLaneGuard(situation, enabled=self.guard)
         self._asked: IntArray | None = None
         lost = lost_s(situation.timing, situation.network)
         columns = 1 + (PARTLY if groups.partly.any() else SWITCHED if lost.any() else KEPT)
@@ -94,10 +101,12 @@ class LaneMemory(ABC, Generic[Table]):
             If what was learned is not a number.
         """
         phases = np.empty(observation.phase.size, np.int32)
+        owed_veh = self._guard.owed_veh(observation)
         seen = Seen(
             queue_veh=observation.queue_veh.ravel(),
             approaching_veh=observation.approaching_veh.ravel(),
             waiting_veh=observation.waiting_veh.ravel(),
+            owed_veh=owed_veh.ravel() if self._guard.needed else owed_veh.ravel()[:0],
             shown=observation.phase,
             asked=observation.phase if self._asked is None else self._asked,
             first=self._asked is None,
@@ -115,7 +124,7 @@ class LaneMemory(ABC, Generic[Table]):
     def memory_use(self) -> MemoryUse:
         """Return how much is remembered now; what is learned of a row and column is one entry."""
         agents = self._groups.group_offset.size - 1
-        short = sum(array.nbytes for array in self._short)
+        short = sum(array.nbytes for array in self._short) + self._guard.bytes_total
         entries = self.table.entries
         return MemoryUse(
             short_term_entries=self._groups.lanes.size / agents,

@@ -55,6 +55,8 @@ class Seen(NamedTuple):
     ----------
     queue_veh, approaching_veh: (slots,) int32
     waiting_veh: (slots,) float64
+    owed_veh: (slots,) float64, or (0,)
+        Vehicles that green counts more, because shared lanes got stuck; empty where none can.
     shown, asked: (intersections,) int32
         Phase shown now; phase asked for at the last decision.
     first: bool
@@ -64,6 +66,7 @@ class Seen(NamedTuple):
     queue_veh: IntArray
     approaching_veh: IntArray
     waiting_veh: FloatArray
+    owed_veh: FloatArray
     shown: IntArray
     asked: IntArray
     first: bool

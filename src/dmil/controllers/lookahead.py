@@ -67,6 +67,11 @@ class LookaheadSettings(BaseModel):
         description="What green for a lane gains if those who leave it find green ahead, by the "
         "announcement of the next intersection, in mean vehicles waiting.",
     )
+    guard: bool = Field(
+        default=True,
+        description="Whether red counts more, the longer it lasts, where lanes that movements "
+        "share have been seen stuck.",
+    )
     learning: bool = Field(default=True, description="Whether the table changes.")
     trust: float = Field(
         default=5.0,
@@ -105,6 +110,11 @@ class LookaheadController(LaneMemory[OutcomeTable]):
     def __init__(self, settings: LookaheadSettings | None = None) -> None:
         super().__init__()
         self.settings = settings or LookaheadSettings()
+
+    @property
+    def guard(self) -> bool:
+        """Whether there is a guard for shared lanes."""
+        return self.settings.guard
 
     def _new_table(self, columns: int) -> OutcomeTable:
         return make_outcome_table(SIGHTS, columns, OUTCOMES)

@@ -119,7 +119,7 @@ def decide(
         plans.known_veh[g] = scratch.expected_veh[g]
         scratch.wave[g] = 0.0
     _predict(groups, outlook, table, short, scratch, plans)
-    _choose(groups, seen, plans, phases)
+    _choose(groups, outlook.terminal, seen, plans, phases)
     for _ in range(outlook.rounds):
         announce(groups, outlook.use_approaching, seen, scratch, phases)
         for g in range(groups.lanes.shape[0]):
@@ -127,7 +127,7 @@ def decide(
         expect_announced(groups, outlook.expected, short, scratch)
         find_waves(groups, outlook.wave, scratch)
         _predict(groups, outlook, table, short, scratch, plans)
-        _choose(groups, seen, plans, phases)
+        _choose(groups, outlook.terminal, seen, plans, phases)
     note_treatment(groups, outlook.after_switch, scratch, phases)
     _learn(groups, outlook, table, short, seen, scratch)
 
@@ -237,7 +237,7 @@ def _left(outlook: Outlook, queue_veh: float) -> float:
 
 
 @kernel
-def _choose(groups: LaneGroups, seen: Seen, plans: Plans, phases: IntArray) -> None:
+def _choose(groups: LaneGroups, vehicle: float, seen: Seen, plans: Plans, phases: IntArray) -> None:
     """Choose for every intersection the first phase of the pair with the least cost."""
     cost, effect = plans.cost, plans.effect
     for i in range(phases.shape[0]):
@@ -251,6 +251,9 @@ def _choose(groups: LaneGroups, seen: Seen, plans: Plans, phases: IntArray) -> N
                 effect[groups.served[place]] = IN_PART if groups.partly[place] else WHOLLY
             for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
                 unserved += cost[g, effect[g], UNSERVED]
+            if seen.owed_veh.shape[0] > 0:
+                for place in range(groups.flow_offset[now], groups.flow_offset[now + 1]):
+                    unserved -= vehicle * seen.owed_veh[groups.flows[place]]
             least = np.inf
             for then in range(first, last):
                 saved = 0.0

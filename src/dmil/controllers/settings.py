@@ -42,6 +42,11 @@ class GreedySettings(BaseModel):
         description="How much of what clearance and start-up lose a switch must make up for: 0 "
         "none, 1 all of it; without lost time it changes nothing.",
     )
+    guard: bool = Field(
+        default=True,
+        description="Whether red counts more, the longer it lasts, where lanes that movements "
+        "share have been seen stuck; false: the published rule.",
+    )
 
 
 class LongestQueueFirstSettings(GreedySettings):

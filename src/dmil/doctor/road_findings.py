@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from dmil.controllers.shared_lanes import rivals_of_lanes
 from dmil.doctor.case import Case, SumoFacts
 from dmil.doctor.findings import Finding, finding
 from dmil.doctor.kind import Severity
@@ -80,6 +81,14 @@ def _on_program(case: Case, item: Intersection) -> Iterator[Finding]:
     all_red_s = case.sumo.all_red_s.get(item.id, 0.0) if case.sumo else 0.0
     if junctions > 1:
         yield finding("several-junctions", place, f"its controller governs {junctions} junctions")
+    sharing = [j for j, rivals in enumerate(rivals_of_lanes(item)) if rivals]
+    if sharing:
+        yield finding(
+            "shared-lanes",
+            place,
+            f"{len(sharing)} of its {len(item.movements)} movements share lanes with others that "
+            "have green at other times",
+        )
     if len(item.phases) == 1 and not case.sumo:  # of SUMO's the reader has said so
         yield finding("single-action", place, "it has one phase", mend="Give it more phases.")
     if item.program is None:

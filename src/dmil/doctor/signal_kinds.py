@@ -132,6 +132,15 @@ SIGNAL_KINDS = {
         "One controller governs several junctions. They are one intersection with one phase.",
         "Nothing; to control them one by one, give each a controller of its own (netedit).",
     ),
+    "shared-lanes": Kind(
+        "note",
+        "Movements with green in different phases share lanes. Whoever stands first in such a lane "
+        "holds up all behind him while he has red, though they have green. The published rules of "
+        "max-pressure and longest queue first may show that green for ever; as they are here, they "
+        "and factored and lookahead see lanes that are stuck and serve who waits. Agents that "
+        "learn do not see it.",
+        "Nothing. Judge agents that learn, and rules with guard=false, by whether they lock.",
+    ),
     "no-vehicles": Kind(
         "note",
         "A signal controls no movement of vehicles and is left out.",

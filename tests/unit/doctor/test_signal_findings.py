@@ -244,3 +244,10 @@ def test_links_shorter_than_a_vehicle():
         network = replace(case.network, links=(replace(first, length_m=length_m), *others))
         found = of_kind(examine(replace(case, network=network, demand=None)), "short-link")
         assert [each.place for each in found] == [f"link {first.id}"] * count
+
+
+def test_lanes_that_movements_with_other_greens_share(doctor):
+    case = CASES / "factored-stuck" / "net.net.xml"
+    (found,) = of_kind(doctor(case), "shared-lanes")
+    assert (found.severity, found.place) == ("note", "intersection C")
+    assert found.what.startswith("12 of its 12 movements share lanes")

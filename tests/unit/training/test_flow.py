@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from dmil.controllers import make_controller
+from dmil.controllers.variants import parse_variant
 from dmil.rewards import make_reward
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.simulation import make_simulator
@@ -58,7 +59,9 @@ def run_all(recipe, simulator, controllers, seed=0):
     recorder = FlowRecorder(make_simulator(scenario, simulator))
     vehicles, flows, measured = vehicles_of_seed(scenario, seed), [], []
     for name in controllers:
-        run = evaluate(recorder, make_controller(name), vehicles, make_reward("diffusion"), seed)
+        chosen = parse_variant(name)
+        controller = make_controller(chosen.name, chosen.options)
+        run = evaluate(recorder, controller, vehicles, make_reward("diffusion"), seed)
         flows.append(recorder.flow)
         measured.append(run.measures)
     return flows, measured
@@ -73,7 +76,7 @@ def stuck(**changes):
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_a_shared_lane_that_is_never_served_is_named_in_both_simulators(simulator):
     pytest.importorskip("libsumo", reason="needs the extra sumo")
-    flows, measured = run_all(stuck(), simulator, ["program", "max-pressure"])
+    flows, measured = run_all(stuck(), simulator, ["program", "max-pressure,guard=false"])
     plan, rule = locks(flows)
     assert plan == ()
     assert [lock.intersection for lock in rule] == [0]
