@@ -25,7 +25,7 @@ from dmil.scenarios import Scenario, scenario
 from dmil.seeding import stream
 from dmil.simulation import QueueSimulator
 from dmil.statistics import paired_difference
-from dmil.studies.settings import PRESETS
+from dmil.studies.paper.settings import PRESETS
 from dmil.training import evaluate, train_prior, vehicles_of_seed
 
 MATCHED = PRESETS["matched"]

@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from dmil.errors import DmilError
     from dmil.importing import trust
     from dmil.network import RoadNetwork, grid, read_cityflow_roadnet
-    from dmil.reports import write_report
     from dmil.results import Results
     from dmil.rewards import REWARDS, RewardConstants, make_reward
     from dmil.scenarios import QueueDynamics, Scenario, SignalTiming, cityflow_scenario, scenario
     from dmil.seeding import stream
     from dmil.simulation import Measures, Observation, QueueSimulator, Simulator
-    from dmil.studies import PaperStudySettings, run_paper_study
+    from dmil.studies import PaperStudy, PaperStudySettings, run_study
+    from dmil.studies.report import write_report
     from dmil.symmetry import EMBEDDINGS, Embedding
     from dmil.training import (
         controller_of,
@@ -52,13 +52,13 @@ _ROOMS = {
     "errors": ("DmilError",),
     "importing": ("trust",),
     "network": ("RoadNetwork", "grid", "read_cityflow_roadnet"),
-    "reports": ("write_report",),
     "results": ("Results",),
     "rewards": ("REWARDS", "RewardConstants", "make_reward"),
     "scenarios": ("QueueDynamics", "Scenario", "SignalTiming", "cityflow_scenario", "scenario"),
     "seeding": ("stream",),
     "simulation": ("Measures", "Observation", "QueueSimulator", "Simulator"),
-    "studies": ("PaperStudySettings", "run_paper_study"),
+    "studies": ("PaperStudy", "PaperStudySettings", "run_study"),
+    "studies.report": ("write_report",),
     "symmetry": ("EMBEDDINGS", "Embedding"),
     "training": (
         "controller_of",

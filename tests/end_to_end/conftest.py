@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from dmil.studies import compile_kernels
+from dmil.experiments.warm_up import compile_kernels
 
 COMMAND = (sys.executable, "-m", "dmil")
 

@@ -12,9 +12,9 @@ import pytest
 import dmil
 from dmil.cli import app
 from dmil.errors import InputError
+from dmil.experiments.tuning import Tuned, TuningSettings, load_tuned
+from dmil.experiments.tuning.record import save_tuned
 from dmil.importing import only
-from dmil.studies.tuning import Tuned, TuningSettings, load_tuned
-from dmil.studies.tuning.record import save_tuned
 from dmil.training.policies import Policy, shapes_of
 from tests.unit.cityflow.conftest import crossing_document
 

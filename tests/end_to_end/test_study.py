@@ -9,8 +9,8 @@ from pathlib import Path
 import polars as pl
 import pytest
 
-from dmil.analysis import summary
 from dmil.results import Results
+from dmil.studies.paper.summaries import summary
 
 TINY = ("study", "paper", "--grids", "1x1", "--seeds", "2", "--preset", "literal")
 MANY = ("study", "paper", "--grids", "1x2", "--seeds", "20", "--preset", "literal", "--no-report")

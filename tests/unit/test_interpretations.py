@@ -8,7 +8,7 @@ from pydantic import BaseModel
 
 from dmil.controllers.settings import DualMemorySettings, SarsaSettings
 from dmil.interpretations import INTERPRETATIONS, MEANING, TOPICS, interpretations_markdown, mark
-from dmil.studies.settings import PRESETS, PaperStudySettings, Preset
+from dmil.studies.paper.settings import PRESETS, PaperStudySettings, Preset
 
 DOC = Path(__file__).parents[2] / "docs/paper.md"
 

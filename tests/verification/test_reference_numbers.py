@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from dmil.studies import LocalExecutor, PaperStudySettings, run_paper_study
+from dmil.parallel import LocalExecutor
+from dmil.studies import PaperStudy, PaperStudySettings, run_study
 
 # Means of W/V_c(300) over 30 seeds, `literal`, 5×5, of another implementation with its own random
 # numbers; its standard deviations were not kept, so ours stand in for them.
@@ -36,7 +37,7 @@ def runs(tmp_path_factory):
     settings = PaperStudySettings(
         presets=("literal",), grids=("5x5",), equal_epsilon=False, variant_seeds=0
     )
-    run_paper_study(settings, folder, executor=LocalExecutor(1))
+    run_study(PaperStudy(settings), folder, executor=LocalExecutor(1))
     from dmil.results import Results
 
     return Results(folder).runs()

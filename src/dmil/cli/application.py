@@ -25,7 +25,7 @@ from dmil.cli.help import CommandGroup
 from dmil.cli.terminal import print_error, print_json, say
 from dmil.errors import DmilError
 from dmil.importing import only
-from dmil.worker_server import start_worker_server
+from dmil.parallel.worker_server import start_worker_server
 
 COMMANDS = {
     "study": "Run a whole study, such as the paper's, and write its report.",
@@ -43,7 +43,7 @@ COMMANDS = {
     "bench": "Measure the speed of simulator, controllers and look-ups.",
     "version": "Print versions of dmil and of what it stands on.",
 }
-WORK = {"study": "dmil.studies.block", "tune": "dmil.studies.tuning.scoring"}
+WORK = {"study": "dmil.studies.paper.block", "tune": "dmil.experiments.tuning.scoring"}
 """Commands that run worker processes, and the module these work with."""
 OK, FAILED, USER_ERROR = 0, 1, 2
 SCENARIO = "--scenario"

@@ -24,12 +24,12 @@ from dmil.cli.parameters import Option, settings_command
 from dmil.cli.terminal import print_json, progress, say, show, waiting
 from dmil.compilation import is_cold
 from dmil.errors import InputError
+from dmil.experiments.warm_up import compile_kernels
 from dmil.scenarios import Scenario
 from dmil.scenarios.calibration import Calibration
 from dmil.scenarios.names import shown
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED
-from dmil.studies import compile_kernels
 from dmil.training.agreement import CALIBRATED, JUDGE, PLAIN, Agreement, agreement
 from dmil.training.calibration import SEED, calibrate
 

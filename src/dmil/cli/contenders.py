@@ -11,9 +11,9 @@ from dmil.cli.terminal import say
 from dmil.controllers import CONTROLLERS, check_controller
 from dmil.controllers.variants import Variant, parse_variant
 from dmil.errors import InputError
+from dmil.experiments.comparison import REFERENCE, Contender
+from dmil.experiments.tuning import load_tuned
 from dmil.scenarios import Scenario
-from dmil.studies.comparison import REFERENCE, Contender
-from dmil.studies.tuning import load_tuned
 from dmil.training import Policy
 
 if TYPE_CHECKING:

@@ -219,14 +219,3 @@ def indented(part: RenderableType, columns: int) -> Padding:
         How far.
     """
     return Padding(part, (0, 0, 0, columns), expand=False)
-
-
-def counted(number: int, name: str) -> str:
-    """Return a number and what it counts (ours).
-
-    Parameters
-    ----------
-    number, name
-        Such as 3 and "link".
-    """
-    return f"{number:,} {name}{'' if number == 1 else 's'}"

@@ -12,7 +12,6 @@ from dmil.cli.doctor_tables import (
     BUSY,
     FULL,
     by_shape,
-    counted,
     indented,
     inside,
     intersection_text,
@@ -25,6 +24,7 @@ from dmil.cli.terminal import entries
 from dmil.doctor import Diagnosis, Finding
 from dmil.doctor.kind import Severity
 from dmil.doctor.traffic import PEAK_S
+from dmil.reports.labels import counted
 from dmil.scenarios.names import shown
 
 MOST_ROWS = 24

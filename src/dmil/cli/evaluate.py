@@ -37,14 +37,15 @@ from dmil.cli.parameters import Option, settings_command
 from dmil.cli.terminal import print_json, progress, results, say, show, waiting
 from dmil.compilation import is_cold
 from dmil.errors import InputError
+from dmil.experiments.answer import METRIC, answer, locked_notes
+from dmil.experiments.comparison import Comparison, compare
+from dmil.experiments.warm_up import compile_kernels
+from dmil.parallel import LocalExecutor
 from dmil.scenarios import Scenario
 from dmil.scenarios.demand_changes import DemandChanges
 from dmil.scenarios.names import shown
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED
-from dmil.studies import LocalExecutor, compile_kernels
-from dmil.studies.answer import METRIC, answer, locked_notes
-from dmil.studies.comparison import Comparison, compare
 from dmil.training import Policy, load_policy
 
 

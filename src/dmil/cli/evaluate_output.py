@@ -13,11 +13,11 @@ from dmil.cli.measures import UNFINISHED, own_or_s
 from dmil.controllers import CONTROLLERS
 from dmil.demand import ResampledDemand
 from dmil.demand.sumo.remarks import remarks_of
+from dmil.experiments.answer import answer
+from dmil.experiments.comparison import REFERENCE, Comparison
 from dmil.files import write_atomically
 from dmil.scenarios import Scenario
 from dmil.statistics import Estimate
-from dmil.studies.answer import answer
-from dmil.studies.comparison import REFERENCE, Comparison
 
 if TYPE_CHECKING:
     from dmil.cli.evaluate import EvaluateParameters

@@ -11,8 +11,8 @@ from rich.table import Table
 from rich.text import Text
 
 from dmil.cli.measures import Measure, number
+from dmil.experiments.comparison import Comparison
 from dmil.statistics import Estimate
-from dmil.studies.comparison import Comparison
 
 DIFFERENCES = (
     "travel_time_s",

@@ -31,6 +31,8 @@ from dmil.cli.terminal import print_json, say, show, waiting
 from dmil.compilation import is_cold
 from dmil.controllers import CONTROLLERS, make_controller
 from dmil.errors import InputError
+from dmil.experiments.comparison import Contender
+from dmil.experiments.warm_up import compile_kernels
 from dmil.network.sumo import SumoSignals, write_sumo_network
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
@@ -40,8 +42,6 @@ from dmil.seeding import LARGEST_SEED
 from dmil.simulation import make_simulator
 from dmil.simulation.measures import Measures
 from dmil.simulation.sumo import SumoSimulator
-from dmil.studies import compile_kernels
-from dmil.studies.comparison import Contender
 from dmil.training import Policy, evaluate, vehicles_of_seed
 from dmil.training.mean_cycle import MeanCycle, mean_cycles
 from dmil.training.signal_events import NONE, EventRecorder, SignalEvent, write_signal_events

@@ -49,7 +49,7 @@ def report(
     from the Parquet files there; 'dmil study' has done it once already.
     """
     with waiting("writing the report"):
-        from dmil.reports import write_report
+        from dmil.studies.report import write_report
 
         page = write_report(folder, preset=preset, pictures=pictures)
     files = {

@@ -33,6 +33,9 @@ from dmil.cli.parameters import Option, settings_command
 from dmil.cli.terminal import print_json, say, show, waiting
 from dmil.compilation import is_cold
 from dmil.errors import InputError, OutputError
+from dmil.experiments.comparison import Contender
+from dmil.experiments.trial import measures_row
+from dmil.experiments.warm_up import compile_kernels
 from dmil.files import write_atomically
 from dmil.rewards import PAPER_CONSTANTS
 from dmil.scenarios import Scenario
@@ -41,9 +44,6 @@ from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED, stream
 from dmil.simulation import make_simulator
 from dmil.statistics import mean_interval
-from dmil.studies import compile_kernels
-from dmil.studies.block import measures_row
-from dmil.studies.comparison import Contender
 from dmil.training import Policy, Run, evaluate, vehicles_of_seed
 
 DEFAULT_CONTROLLER = "max-pressure"

@@ -2,51 +2,23 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
-from typing import Any
 
 import typer
 from pydantic import Field
 
-from dmil.analysis import Tables, tables_of
-from dmil.analysis.resco import resco_tables
-from dmil.cli.application import FAILED
 from dmil.cli.choices import DEMAND_OPTIONS
 from dmil.cli.help import Command, CommandGroup
 from dmil.cli.parameters import Option, set_option, settings_command, split
 from dmil.cli.study_memories import memories
-from dmil.cli.study_running import RUNNING, RunningParameters, report_of, run_here
-from dmil.cli.study_tables import (
-    agreement_lines,
-    claim_lines,
-    headline_table,
-    resco_json,
-    resco_table,
-)
-from dmil.cli.terminal import print_json, say, show, show_lines
+from dmil.cli.study_running import RUNNING, RunningParameters, run_and_show
 from dmil.errors import unknown_name
-from dmil.results import Results
 from dmil.studies import (
     PRESETS,
+    PaperStudy,
     PaperStudySettings,
+    RescoStudy,
     RescoStudySettings,
-    run_paper_study,
-    run_resco_study,
-)
-
-CELL_COLUMNS = (
-    "preset",
-    "reward",
-    "controller",
-    "embedding",
-    "communication",
-    "epsilon",
-    "n",
-    "w_over_vc_mean",
-    "w_over_vc_sd",
-    "vc_mean",
-    "entries_mean",
 )
 
 
@@ -171,36 +143,7 @@ def paper(settings: StudyParameters, json: bool) -> None:
     Marks: [P] stated by the paper, [A] assumed because no other reading tried gives its magnitudes,
     [F] fitted to its table.
     """
-    started = time.perf_counter()
-    run_here(run_paper_study, settings)
-    with Results(settings.out) as results:
-        tables = tables_of(results)
-        counts = results.query("select count(*) n, count(*) filter (status <> 'ok') f from runs")
-        failure = results.query("select status from runs where status <> 'ok' limit 1")
-        failed = int(counts["f"].item())
-        page = report_of(settings.out, tables) if settings.report else None
-        wall_s = round(time.perf_counter() - started, 3)
-        if json:
-            print_json(
-                {
-                    "cells": _cell_rows(tables),
-                    "claims": _claim_rows(tables.claims),
-                    "wall_s": wall_s,
-                    "runs": int(counts["n"].item()),
-                    "failed": failed,
-                    "out": settings.out,
-                    "report": page,
-                }
-            )
-        else:
-            preset = tables.cells.presets[-1]
-            where = page or f"dmil report {settings.out}"
-            show(headline_table(tables, preset), "")
-            show_lines(claim_lines(tables.claims, preset))
-            show("", f"{counts['n'].item()} runs, {wall_s:.1f} s", f"Report: {where}")
-    if failed:
-        say(f"{failed} runs failed, the first with: {failure['status'].item()}")
-        raise typer.Exit(FAILED)
+    run_and_show(PaperStudy(settings.study), settings, json)
 
 
 @app.command(cls=Command)
@@ -225,50 +168,4 @@ def resco(settings: RescoParameters, json: bool) -> None:
     It needs the extra sumo: pip install 'dmil[sumo]'. Ctrl-C keeps what is finished; the same
     command continues. The results are the same bytes however many processes run.
     """
-    started = time.perf_counter()
-    run_here(run_resco_study, settings)
-    with Results(settings.out) as results:
-        tables = resco_tables(results)
-        counts = results.query("select count(*) n, count(*) filter (status <> 'ok') f from runs")
-        failure = results.query("select status from runs where status <> 'ok' limit 1")
-        page = report_of(settings.out, tables) if settings.report else None
-        wall_s = round(time.perf_counter() - started, 3)
-        failed = int(counts["f"].item())
-        if json:
-            ending = {"wall_s": wall_s, "runs": int(counts["n"].item()), "failed": failed}
-            print_json(resco_json(tables) | ending | {"out": settings.out, "report": page})
-        else:
-            show(resco_table(tables), "")
-            show_lines(agreement_lines(tables))
-            where = page or f"dmil report {settings.out}"
-            show("", f"{counts['n'].item()} runs, {wall_s:.1f} s", f"Report: {where}")
-    if failed:
-        say(f"{failed} runs failed, the first with: {failure['status'].item()}")
-        raise typer.Exit(FAILED)
-
-
-def _cell_rows(tables: Tables) -> list[dict[str, Any]]:
-    return [
-        {"grid": row["scenario"].removeprefix("grid:")} | {name: row[name] for name in CELL_COLUMNS}
-        for row in tables.summary.iter_rows(named=True)
-    ]
-
-
-def _claim_rows(judged: Any) -> list[dict[str, Any]]:
-    return [
-        {
-            "id": row["id"],
-            "preset": row["preset"],
-            "claim": row["sentence"],
-            "source": row["source"],
-            "holds": row["holds"],
-            "outcome": row["outcome"],
-            "evidence": {
-                "verdict": row["verdict"],
-                "rule": row["rule"],
-                "summary": row["summary"],
-                "comparisons": row["evidence"],
-            },
-        }
-        for row in judged.iter_rows(named=True)
-    ]
+    run_and_show(RescoStudy(settings.study), settings, json)

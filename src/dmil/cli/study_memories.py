@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import os
-import time
 from pathlib import Path
 from typing import Any
 
-import typer
 from pydantic import Field
 
-from dmil.analysis.memories import MemoriesTables, memories_tables
-from dmil.cli.application import FAILED
-from dmil.cli.memories_tables import cells_table, claim_lines, standing_table, subjects
 from dmil.cli.parameters import Option, settings_command, split
-from dmil.cli.study_running import RUNNING, RunningParameters, report_of, run_here
-from dmil.cli.terminal import print_json, say, show, show_lines
-from dmil.results import Results
-from dmil.studies.memories import MemoriesStudySettings, run_memories_study
-from dmil.studies.tuning import load_tuned_folder
+from dmil.cli.study_running import RUNNING, RunningParameters, run_and_show
+from dmil.cli.terminal import say
+from dmil.experiments.tuning import load_tuned_folder
+from dmil.studies import MemoriesStudy
+from dmil.studies.memories import MemoriesStudySettings
 
 DATA_VARIABLE = "DMIL_DATA"
 SMALL: dict[str, Any] = {
@@ -114,49 +109,7 @@ def memories(settings: MemoriesParameters, json: bool) -> None:
     Ctrl-C keeps what is finished; the same command continues. All results but the times are the
     same bytes however many processes run.
     """
-    started = time.perf_counter()
     study = settings.study
-    left_out = study.data is None and not study.cells
-    run_here(run_memories_study, settings)
-    with Results(settings.out) as results:
-        tables = memories_tables(results)
-        counts = results.query("select count(*) n, count(*) filter (status <> 'ok') f from runs")
-        page = report_of(settings.out, tables) if settings.report else None
-        wall_s = round(time.perf_counter() - started, 3)
-        count, failed = int(counts["n"].item()), int(counts["f"].item())
-        if json:
-            ending = {"wall_s": wall_s, "runs": count, "failed": failed}
-            print_json(memories_json(tables) | ending | {"out": settings.out, "report": page})
-        else:
-            show(standing_table(tables), "")
-            for subject in subjects(tables):
-                show(cells_table(tables, subject), "")
-            show_lines(claim_lines(tables))
-            where = page or f"dmil report {settings.out}"
-            show("", f"{count} runs, {wall_s:.1f} s", f"Report: {where}")
-        if left_out:
-            say(NO_CITIES)
-    if failed:
-        row = tables.failures.row(0, named=True)
-        say(f"{failed} runs failed, the first ({row['controller']}) with: {row['status']}")
-        raise typer.Exit(FAILED)
-
-
-def memories_json(tables: MemoriesTables) -> dict[str, Any]:
-    """Return a study of memories as one JSON object (ours).
-
-    Parameters
-    ----------
-    tables
-        The study.
-    """
-    return {
-        "cells": list(tables.runs.cells),
-        "seeds": list(tables.runs.seeds),
-        "overall": tables.overall.rows(named=True),
-        "standing": tables.standing.rows(named=True),
-        "cost": tables.cost.rows(named=True),
-        "hit_rates": tables.hit_rates.rows(named=True),
-        "claims": tables.claims.rows(named=True),
-        "failures": tables.failures.rows(named=True),
-    }
+    if study.data is None and not study.cells:
+        say(NO_CITIES)
+    run_and_show(MemoriesStudy(study), settings, json)

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
 from pathlib import Path
 from typing import Any
 
+import typer
 from pydantic import BaseModel, Field
 
-from dmil.cli.application import StoppedError
+from dmil.cli.application import FAILED, StoppedError
 from dmil.cli.parameters import Option
-from dmil.cli.terminal import Progress, progress, say, waiting
+from dmil.cli.terminal import Progress, print_json, progress, say, show, show_lines, waiting
 from dmil.compilation import is_cold
-from dmil.studies import Executor, make_executor
+from dmil.experiments.study import Study, run_study
+from dmil.parallel import Executor, make_executor
+from dmil.results import Results
+from dmil.studies.registry import terminal_of
 
 
 class RunningParameters(BaseModel):
@@ -43,25 +47,55 @@ RUNNING = (
 )
 
 
-def run_here(run_study: Callable[..., None], settings: Any) -> None:
-    """Run a study with progress; Ctrl-C ends it with what is finished (ours).
+def run_and_show(study: Study[Any], settings: Any, as_json: bool) -> None:
+    """Run a study with progress, write its report, and say what came out.
 
     Parameters
     ----------
-    run_study
-        Takes settings and folder, and the keywords executor and progress.
+    study
+        What to run.
     settings
-        Running parameters with ``study`` and ``out``.
+        Running parameters with ``out``.
+    as_json
+        Whether to print one JSON object instead of tables.
 
     Raises
     ------
     StoppedError
-        At Ctrl-C.
+        At Ctrl-C, which ends it with what is finished.
     """
+    started = time.perf_counter()
+    _run(study, settings)
+    terminal = terminal_of(study.name)
+    with Results(settings.out) as results:
+        tables = terminal.tables_of(results)
+        counts = results.query("select count(*) n, count(*) filter (status <> 'ok') f from runs")
+        failures = results.query("select controller, status from runs where status <> 'ok' limit 1")
+    page = _report_of(settings.out, tables) if settings.report else None
+    wall_s = round(time.perf_counter() - started, 3)
+    count, failed = counts.row(0)
+    if as_json:
+        ending = {"wall_s": wall_s, "runs": count, "failed": failed}
+        print_json(terminal.as_json(tables) | ending | {"out": settings.out, "report": page})
+    else:
+        for part in terminal.in_terminal(tables):
+            if isinstance(part, list):
+                show_lines(part)
+            else:
+                show(part, "")
+        where = page or f"dmil report {settings.out}"
+        show("", f"{count} runs, {wall_s:.1f} s", f"Report: {where}")
+    if failed:
+        controller, status = failures.row(0)
+        say(f"{failed} runs failed, the first ({controller}) with: {status}")
+        raise typer.Exit(FAILED)
+
+
+def _run(study: Study[Any], settings: Any) -> None:
     executor = settings.make_executor()
     with progress("blocks", first_word="starting") as advance:
         try:
-            run_study(settings.study, settings.out, executor=executor, progress=_telling(advance))
+            run_study(study, settings.out, executor=executor, progress=_telling(advance))
         except KeyboardInterrupt:
             raise StoppedError(
                 f"what is finished is kept in {settings.out}; the same command continues"
@@ -85,17 +119,8 @@ def _telling(advance: Progress) -> Progress:
     return tell
 
 
-def report_of(folder: Path, tables: Any) -> Path:
-    """Write a study's report, and return its page (ours).
-
-    Parameters
-    ----------
-    folder
-        The study.
-    tables
-        Its tables.
-    """
-    from dmil.reports import write_report
+def _report_of(folder: Path, tables: Any) -> Path:
+    from dmil.studies.report import write_report
 
     with waiting("writing the report"):
         return write_report(folder, tables=tables)

@@ -30,13 +30,13 @@ from dmil.cli.train_verdict import as_json, judged, verdict
 from dmil.compilation import is_cold
 from dmil.controllers import CONTROLLERS, MemoryController, make_controller
 from dmil.errors import InputError
+from dmil.experiments.comparison import Comparison
+from dmil.experiments.tuning import load_tuned
+from dmil.experiments.warm_up import compile_kernels
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED
 from dmil.simulation import make_simulator
-from dmil.studies import compile_kernels
-from dmil.studies.comparison import Comparison
-from dmil.studies.tuning import load_tuned
 from dmil.training import (
     Policy,
     Run,

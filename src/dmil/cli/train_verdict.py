@@ -9,11 +9,11 @@ from typing import Any
 from dmil.cli.choices import accepted
 from dmil.cli.measures import number
 from dmil.controllers.variants import parse_variant
+from dmil.experiments.answer import METRIC
+from dmil.experiments.comparison import Comparison, Contender, compare, has_same_demand
+from dmil.parallel import LocalExecutor
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
-from dmil.studies import LocalExecutor
-from dmil.studies.answer import METRIC
-from dmil.studies.comparison import Comparison, Contender, compare, has_same_demand
 from dmil.training import Policy
 
 RIVALS = ("max-pressure", "longest-queue-first,approaching=true", "factored")

@@ -28,11 +28,12 @@ from dmil.cli.terminal import print_json, progress, say, show, waiting
 from dmil.compilation import is_cold
 from dmil.controllers.variants import Variant
 from dmil.errors import InputError
+from dmil.experiments.tuning import Tuned, TuningSettings, check_tuning
+from dmil.experiments.tuning import tune as tune_one
+from dmil.experiments.tuning.record import ENDING
+from dmil.experiments.warm_up import compile_kernels
+from dmil.parallel import LocalExecutor
 from dmil.scenarios.recipe import ScenarioRecipe
-from dmil.studies import LocalExecutor, compile_kernels
-from dmil.studies.tuning import Tuned, TuningSettings, check_tuning
-from dmil.studies.tuning import tune as tune_one
-from dmil.studies.tuning.record import ENDING
 
 UNITS = {
     "delay_s": "delay in s per vehicle",

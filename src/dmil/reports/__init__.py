@@ -1,4 +1,4 @@
-"""What people see: figures, tables and one report per study.
+"""What people see: figures, pages and what they are drawn with.
 
 The names are loaded when they are first used: a process that only draws needs none of them.
 """
@@ -10,15 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from dmil.reports.export import FORMATS, save_figure, specification
-    from dmil.reports.page import write_report
 
-__all__ = ["FORMATS", "save_figure", "specification", "write_report"]
+__all__ = ["FORMATS", "save_figure", "specification"]
 
 _FILE_OF = {
     "FORMATS": "export",
     "save_figure": "export",
     "specification": "export",
-    "write_report": "page",
 }
 
 

@@ -8,6 +8,8 @@ from typing import Any
 
 import dmil
 from dmil.doctor import Diagnosis
+from dmil.experiments.answer import METRIC, answer, locked_notes
+from dmil.experiments.comparison import Comparison
 from dmil.reports.contenders_chart import contenders_chart
 from dmil.reports.export import embedded, script_bundle, write_file
 from dmil.reports.figure import figure
@@ -15,8 +17,6 @@ from dmil.reports.html import environment
 from dmil.reports.network_chart import network_chart
 from dmil.reports.theme import DARK
 from dmil.statistics import Estimate
-from dmil.studies.answer import METRIC, answer, locked_notes
-from dmil.studies.comparison import Comparison
 
 #: Columns of the table: metric, head, factor, digits, whether the difference is shown.
 COLUMNS: tuple[tuple[str, str, float, int, bool], ...] = (

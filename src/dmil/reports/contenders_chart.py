@@ -6,9 +6,9 @@ import altair as alt
 import numpy as np
 import polars as pl
 
+from dmil.experiments.comparison import Comparison
 from dmil.reports.marks import Chart, values
 from dmil.reports.theme import FAINT, INK
-from dmil.studies.comparison import Comparison
 
 ROW_PX = 38
 BROAD = 10.0

@@ -16,10 +16,19 @@ from dmil.reports.theme import DARK
 from dmil.results import Results
 
 
-def environment() -> jinja2.Environment:
-    """Return the templates of the package, with the filters that all pages use (ours)."""
+def environment(package: str | None = None) -> jinja2.Environment:
+    """Return the templates that all pages use, and their filters.
+
+    Parameters
+    ----------
+    package
+        Package with templates of its own, beside its modules.
+    """
+    loaders = [jinja2.PackageLoader("dmil.reports")]
+    if package:
+        loaders.append(jinja2.PackageLoader(package, "."))
     made = jinja2.Environment(
-        loader=jinja2.PackageLoader("dmil.reports"),
+        loader=jinja2.ChoiceLoader(loaders),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,

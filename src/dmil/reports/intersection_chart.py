@@ -9,8 +9,8 @@ import numpy as np
 from dmil.doctor import Diagnosis, IntersectionFacts
 from dmil.network import Intersection
 from dmil.reports.crossing import LANE_M, Crossing
+from dmil.reports.labels import counted
 from dmil.reports.marks import Chart, heading
-from dmil.reports.network_chart import counted
 from dmil.reports.paths import Points, beside, inside
 from dmil.reports.sheet import Sheet, shortened, text_width
 from dmil.reports.theme import FAINT, GRID, INK

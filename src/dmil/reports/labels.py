@@ -75,3 +75,8 @@ def interval(low: float | None, high: float | None, digits: int = 3) -> str:
 def signed(value: float | None, digits: int = 1) -> str:
     """Return a percentage with its sign, "–" if there is none."""
     return "–" if value is None else f"{value:+.{digits}f}".replace("-", "−")
+
+
+def counted(number: int, name: str) -> str:
+    """Return a number and what it counts: "3 links" for 3 and "link"."""
+    return f"{number:,} {name}{'' if number == 1 else 's'}"

@@ -9,6 +9,7 @@ import numpy as np
 
 from dmil.doctor import Diagnosis, IntersectionFacts
 from dmil.doctor.roads import road_ends
+from dmil.reports.labels import counted
 from dmil.reports.marks import Chart, heading
 from dmil.reports.paths import Points, beside, without_repeats
 from dmil.reports.sheet import Sheet, shortened, text_width
@@ -260,17 +261,6 @@ def _foot(sheet: Sheet, diagnosis: Diagnosis, frame: _Frame) -> None:
         )
         sheet.text((x + 12, row), text, 10.5)
         x += needed
-
-
-def counted(number: int, name: str) -> str:
-    """Return a number and what it counts (ours).
-
-    Parameters
-    ----------
-    number, name
-        Such as 3 and "lane".
-    """
-    return f"{number:,} {name}{'' if number == 1 else 's'}"
 
 
 def _round_length(length_m: float) -> float:

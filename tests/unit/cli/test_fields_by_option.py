@@ -7,9 +7,9 @@ import pytest
 
 from dmil.cli.choices import with_scenario_of
 from dmil.demand import CompoundPoissonDemand, PoissonDemand, ProfileDemand
+from dmil.experiments.tuning import load_tuned
 from dmil.rewards import RewardConstants
 from dmil.scenarios.recipe import ScenarioRecipe
-from dmil.studies.tuning import load_tuned
 from dmil.training import load_policy
 
 RUN = ("simulate", "--scenario", "grid:1x1")

@@ -1,6 +1,6 @@
 """The study of memories: every controller, on grids and recorded cities, under one protocol."""
 
-from dmil.studies.memories.run import memories_identity, run_memories_study
 from dmil.studies.memories.settings import MemoriesStudySettings
+from dmil.studies.memories.study import MemoriesStudy
 
-__all__ = ["MemoriesStudySettings", "memories_identity", "run_memories_study"]
+__all__ = ["MemoriesStudy", "MemoriesStudySettings"]

@@ -15,10 +15,16 @@ from dmil.controllers import CONTROLLERS, Controller, make_controller
 from dmil.controllers.registry import make_settings
 from dmil.controllers.variants import parse_variant
 from dmil.demand import Vehicles
+from dmil.experiments.trial import (
+    SIMULATOR,
+    Row,
+    TrialResult,
+    measures_row,
+    series_rows,
+)
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
 from dmil.simulation import QueueSimulator
-from dmil.studies.block import SIMULATOR, BlockResult, Row, measures_row, series_rows
 from dmil.studies.memories.cells import Cell
 from dmil.studies.memories.overtaking import decisions_until_better
 from dmil.studies.memories.plan import REFERENCE, MemoriesUnit, is_trained, learns, options_of
@@ -30,7 +36,7 @@ SERIES_EVERY_S = 60
 Courses = tuple[npt.NDArray[np.int32], ...]
 
 
-def run_unit(settings: MemoriesStudySettings, unit: MemoriesUnit) -> BlockResult:
+def run_unit(settings: MemoriesStudySettings, unit: MemoriesUnit) -> TrialResult:
     """Train and test one controller; a run that fails becomes a row that says so (ours)."""
     made, simulator = _place(unit.cell, settings.horizon_s, settings.data)
     trained = is_trained(settings, unit.controller)
@@ -42,7 +48,7 @@ def run_unit(settings: MemoriesStudySettings, unit: MemoriesUnit) -> BlockResult
         "trained_in": SIMULATOR if trained else None,
         "training_s": made.horizon_s * settings.episodes if trained else None,
     }
-    result = BlockResult(unit, [], [])
+    result = TrialResult(unit, [], [])
     reward = make_reward(identity["reward"] or settings.reward)
     phase, started = "training", time.perf_counter()
     episodes: list[Run] = []

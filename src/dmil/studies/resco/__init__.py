@@ -1,7 +1,6 @@
-"""The study on the RESCO benchmark: train fast, judge in SUMO, and see whether both agree."""
+"""The study on the RESCO benchmark: train fast, evaluate in SUMO, and see whether both agree."""
 
-from dmil.studies.resco.plan import ContenderUnit, units
-from dmil.studies.resco.run import resco_identity, run_resco_study
 from dmil.studies.resco.settings import RescoStudySettings
+from dmil.studies.resco.study import RescoStudy
 
-__all__ = ["ContenderUnit", "RescoStudySettings", "resco_identity", "run_resco_study", "units"]
+__all__ = ["RescoStudy", "RescoStudySettings"]

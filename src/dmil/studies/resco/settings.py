@@ -7,8 +7,8 @@ from typing import Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from dmil.controllers.settings import DualMemorySettings, SarsaSettings
+from dmil.experiments.checks import SET_BY_THE_STUDY
 from dmil.scenarios.resco import PREFIX, RESCO
-from dmil.studies.settings import SET_BY_THE_STUDY
 
 NETWORKS = tuple(name.removeprefix(PREFIX) for name in RESCO)
 """All networks of the benchmark."""

@@ -8,19 +8,24 @@ from pathlib import Path
 
 from dmil.controllers import Controller, MemoryController, make_controller
 from dmil.demand.resampled import SHIFT_S
+from dmil.experiments.trial import (
+    Row,
+    TrialResult,
+    measures_row,
+    series_rows,
+)
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario, scenario
 from dmil.scenarios.calibration import load_calibration
 from dmil.scenarios.demand_changes import resampled
 from dmil.simulation import Simulator, make_simulator
-from dmil.studies.block import BlockResult, Row, measures_row, series_rows
 from dmil.studies.resco.plan import ContenderUnit
 from dmil.studies.resco.settings import CALIBRATED, RescoStudySettings
 from dmil.training import Run, evaluate, policy_of, train, vehicles_of_seed
 from dmil.training.policies import controller_of
 
 
-def run_unit(settings: RescoStudySettings, folder: str, unit: ContenderUnit) -> BlockResult:
+def run_unit(settings: RescoStudySettings, folder: str, unit: ContenderUnit) -> TrialResult:
     """Train and judge one controller; a run that fails becomes a row that says so (ours).
 
     Parameters
@@ -44,7 +49,7 @@ def run_unit(settings: RescoStudySettings, folder: str, unit: ContenderUnit) -> 
         "trained_in": trained_in,
         "training_s": made.horizon_s * settings.episodes if unit.learns else None,
     }
-    result = BlockResult(unit, [], [])
+    result = TrialResult(unit, [], [])
     try:
         controller, episodes = _ready(settings, folder, unit, made)
     except Exception as error:

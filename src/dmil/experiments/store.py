@@ -1,0 +1,160 @@
+"""The folder of a study: finished trials are kept, so that a second start continues."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+import time
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+from dmil.errors import OutputError
+from dmil.experiments.trial import TrialResult
+from dmil.files import held, write_atomically, write_text_atomically
+from dmil.results import TABLES, write_manifest, write_results
+from dmil.results.manifest import MANIFEST_FILE
+
+IDENTITY_FILE = "study.json"
+PARTS_FOLDER = "parts"
+LOCK_FILE = "in-use"
+FLUSH_AFTER_S = 5.0
+"""Longest time that a finished trial stays in memory only."""
+
+
+class StudyStore:
+    """One study in one folder; use it as a context manager.
+
+    Parameters
+    ----------
+    folder
+        Where; made if missing.
+    identity
+        What the study is, as JSON: a folder with another one is refused.
+    trial
+        Data class of what is kept as a whole; its fields are columns of the runs.
+
+    Raises
+    ------
+    OutputError
+        If the folder is a file, cannot be written, holds something else, or is in use.
+    """
+
+    def __init__(self, folder: Path, identity: dict[str, Any], trial: type[Any]) -> None:
+        self.folder = folder
+        self.identity = identity
+        self._trial = trial
+        self._parts = folder / PARTS_FOLDER
+        self._waiting: list[TrialResult] = []
+        self._flushed_at = time.monotonic()
+
+    def __enter__(self) -> StudyStore:
+        self._check()
+        self._lock = held(self.folder / LOCK_FILE, where=self.folder, work="study")
+        self._lock.__enter__()
+        self._write_json(IDENTITY_FILE, self.identity)
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.flush()
+        self._lock.__exit__(None, None, None)
+
+    @property
+    def complete(self) -> bool:
+        """Whether the study is finished."""
+        return (self.folder / MANIFEST_FILE).is_file()
+
+    def finished(self) -> set[Any]:
+        """Return the trials that are kept already."""
+        columns = [field.name for field in fields(self._trial)]
+        found: set[Any] = set()
+        for path in self._part_files("runs"):
+            rows = _read(path, columns).unique()
+            found |= {self._trial(**row) for row in rows.iter_rows(named=True)}
+        return found
+
+    def keep(self, result: TrialResult) -> None:
+        """Keep a finished trial; it is on disk within some seconds."""
+        self._waiting.append(result)
+        if time.monotonic() - self._flushed_at > FLUSH_AFTER_S:
+            self.flush()
+
+    def flush(self) -> None:
+        """Write the trials that are only in memory."""
+        self._flushed_at = time.monotonic()
+        if not self._waiting:
+            return
+        trials = json.dumps([asdict(result.trial) for result in self._waiting])
+        name = hashlib.blake2b(trials.encode(), digest_size=8).hexdigest()
+        # The runs last: a trial counts as finished only when all files are there.
+        for table in reversed(TABLES):
+            rows = [row for result in self._waiting for row in getattr(result, table)]
+            self._write_part(f"{table}-{name}", pl.DataFrame(rows, schema=TABLES[table].schema))
+        self._waiting = []
+
+    def finish(self, manifest: dict[str, Any]) -> None:
+        """Join all parts into the tables of results and write the manifest."""
+        self.flush()
+        names = [path.name.removeprefix("runs-") for path in self._part_files("runs")]
+        tables = (
+            pl.concat([_read(self._parts / f"{table}-{name}") for name in names])
+            for table in TABLES
+        )
+        write_results(self.folder, *tables)
+        write_manifest(self.folder, manifest)
+        shutil.rmtree(self._parts)
+
+    def _check(self) -> None:
+        if self.folder.exists() and not self.folder.is_dir():
+            raise OutputError(
+                "it is a file", where=str(self.folder), expected="a folder for the study"
+            )
+        if not self.folder.is_dir() or not any(self.folder.iterdir()):
+            return
+        path = self.folder / IDENTITY_FILE
+        try:
+            found = json.loads(path.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise OutputError(
+                "it holds other files",
+                where=str(self.folder),
+                expected="an empty folder, or one that holds this study",
+                mend="choose another --out",
+            ) from None
+        except (OSError, ValueError) as error:
+            raise OutputError(
+                f"cannot be read ({error})", where=str(path), mend="choose another --out"
+            ) from None
+        if found != json.loads(json.dumps(self.identity)):
+            different = _different(found, json.loads(json.dumps(self.identity)))
+            raise OutputError(
+                f"it holds another study, with other {', '.join(different)}",
+                where=str(self.folder),
+                mend="choose another --out, or give the same options to continue that study",
+            )
+
+    def _part_files(self, table: str) -> list[Path]:
+        return sorted(self._parts.glob(f"{table}-*.parquet"))
+
+    def _write_part(self, name: str, frame: pl.DataFrame) -> None:
+        write_atomically(self._parts / f"{name}.parquet", frame.write_parquet)
+
+    def _write_json(self, name: str, value: dict[str, Any]) -> None:
+        text = json.dumps(value, indent=2, sort_keys=True) + "\n"
+        write_text_atomically(self.folder / name, text)
+
+
+def _read(path: Path, columns: list[str] | None = None) -> pl.DataFrame:
+    # Brackets and stars in a folder's name are part of the name, and no pattern.
+    return pl.read_parquet(path, columns=columns, glob=False)
+
+
+def _different(found: Any, wanted: Any, name: str = "") -> list[str]:
+    """Return the names of the values in which two pieces of JSON differ."""
+    if not (isinstance(found, dict) and isinstance(wanted, dict)):
+        return [name] if found != wanted else []
+    keys = sorted({*found, *wanted})
+    return [each for key in keys for each in _different(found.get(key), wanted.get(key), key)]

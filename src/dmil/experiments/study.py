@@ -1,0 +1,133 @@
+"""The one way to run a study: plan, compile, run in parallel, keep, continue, finish."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, ClassVar, Protocol, TypeVar
+
+from pydantic import BaseModel
+
+import dmil
+from dmil.experiments.store import StudyStore
+from dmil.experiments.trial import TrialResult
+from dmil.experiments.warm_up import compile_kernels
+from dmil.parallel import Executor, LocalExecutor
+
+Progress = Callable[[int, int], None]
+Trial = TypeVar("Trial")
+
+
+class Study(Protocol[Trial]):
+    """What a study is: all its trials, and how one of them is run.
+
+    A trial is what is kept as a whole: one run, or several that share their demand or training.
+
+    Attributes
+    ----------
+    name: str
+        What its results say they are of.
+    trial: data class
+        Its fields are columns of the table of runs, and tell trials apart.
+    settings: pydantic.BaseModel
+        Every number of it.
+    """
+
+    name: ClassVar[str]
+    trial: ClassVar[type[Any]]
+
+    @property
+    def settings(self) -> BaseModel:
+        """Every number of the study."""
+
+    def check(self) -> None:
+        """Check what workers would find wrong, before anything is written."""
+
+    def configuration(self) -> dict[str, Any]:
+        """Return what makes two studies the same, as JSON."""
+
+    def plan(self) -> Sequence[Trial]:
+        """Return all trials, in the order in which they are begun."""
+
+    def prepare(self, folder: Path, executor: Executor) -> Callable[[Trial], TrialResult]:
+        """Make what all trials need, and return what runs one; it goes to other processes."""
+
+
+def run_study(
+    study: Study[Any],
+    folder: Path,
+    *,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> None:
+    """Run a study into a folder; a folder that holds part of it is continued (specification, §7).
+
+    The results, but for measured times, are the same bytes whatever the executor and however often
+    the study was interrupted. If it is interrupted, finished trials are kept.
+
+    Parameters
+    ----------
+    study
+        What to run.
+    folder
+        Where to; made if missing.
+    executor
+        Where runs happen; processes of this machine by default.
+    progress
+        Called with the finished trials and all trials, first with those kept from before.
+
+    Raises
+    ------
+    InputError
+        Something that the study names does not exist, or a run is too short.
+    MissingExtraError
+        It needs a package that is not installed.
+    OutputError
+        The folder cannot be used.
+    """
+    study.check()
+    with StudyStore(folder, identity_of(study), study.trial) as store:
+        _run(study, store, executor or LocalExecutor(), progress or _silent)
+
+
+def identity_of(study: Study[Any]) -> dict[str, Any]:
+    """Return what makes two studies the same: configuration and version of the program."""
+    return {
+        "study": study.name,
+        "dmil": dmil.__version__,
+        "configuration": study.configuration(),
+    }
+
+
+def _run(study: Study[Any], store: StudyStore, executor: Executor, progress: Progress) -> None:
+    started, clock = datetime.now(UTC), time.perf_counter()
+    plan = study.plan()
+    if store.complete:
+        progress(len(plan), len(plan))
+        return
+    finished = store.finished()
+    todo = [trial for trial in plan if trial not in finished]
+    done = len(plan) - len(todo)
+    progress(done, len(plan))
+    if todo:
+        compile_kernels(executor)
+        for result in executor.map(study.prepare(store.folder, executor), todo):
+            store.keep(result)
+            done += 1
+            progress(done, len(plan))
+    store.finish(
+        {
+            "study": store.identity["study"],
+            "configuration": store.identity["configuration"],
+            "started": started.isoformat(timespec="seconds"),
+            "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+            "wall_s": round(time.perf_counter() - clock, 3),
+            "blocks_kept_from_before": len(finished),
+        }
+    )
+
+
+def _silent(done: int, total: int) -> None:
+    pass

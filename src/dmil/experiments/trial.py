@@ -1,0 +1,87 @@
+"""What a run leaves behind: rows for the tables of results."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+from dmil.controllers import MemoryUse
+from dmil.simulation import Measures
+from dmil.training import Run
+
+Row = dict[str, Any]
+SIMULATOR = "queue"
+"""Where runs happen, if nothing else is said."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrialResult:
+    """Rows for the tables of results.
+
+    Attributes
+    ----------
+    trial: data class
+        Which; see `dmil.experiments.study.Study`.
+    runs, series, episodes, lookups, timings: lists of rows
+        See `dmil.results.schema`.
+    """
+
+    trial: Any
+    runs: list[Row]
+    series: list[Row]
+    episodes: list[Row] = field(default_factory=list)
+    lookups: list[Row] = field(default_factory=list)
+    timings: list[Row] = field(default_factory=list)
+
+
+def measures_row(measures: Measures, memory: MemoryUse) -> Row:
+    """Return a run's totals as columns of the table of runs (specification, §3)."""
+    return {
+        "spawned_veh": measures.spawned_veh,
+        "arrived_veh": measures.arrived_veh,
+        "wait_veh_s": measures.wait_veh_s,
+        "wait_per_spawned_s": measures.wait_per_spawned_s,
+        "w_over_vc": measures.w_over_vc,
+        "wait_per_visit_s": measures.wait_per_visit_s,
+        "wait_per_arrived_s": measures.wait_per_arrived_s,
+        "mean_queue_veh": measures.mean_queue_veh,
+        "travel_time_s": measures.travel_time_s,
+        "delay_s": measures.delay_s,
+        "throughput_veh_per_h": measures.throughput_veh_per_h,
+        "stops_per_spawned": measures.stops_per_spawned,
+        "co2_g": _known(measures.co2_g),
+        "fuel_g": _known(measures.fuel_g),
+        "person_delay_s": _known(measures.person_delay_s),
+        "overruled": measures.overruled,
+        "entries_per_agent": memory.entries,
+        "entries_total": memory.entries_total,
+        "bytes_total": memory.bytes_total,
+        "messages": memory.messages,
+        "exchanged_bytes": memory.exchanged_bytes,
+        "msize_per_agent": memory.msize,
+    }
+
+
+def _known(value: float) -> float | None:
+    return None if math.isnan(value) else value
+
+
+def series_rows(result: Run) -> list[Row]:
+    """Return a run's course as rows of the series: at every decision, and at the horizon (ours)."""
+    measures = result.measures
+    arrived = [0, *measures.arrived_at.tolist()]
+    queued = [0, *measures.queued_at.tolist()]
+    return [
+        {
+            "time_s": time_s,
+            "arrived_veh": arrived[time_s],
+            "queue_veh": queued[time_s],
+            "short_term_entries": memory.short_term_entries,
+            "long_term_entries": memory.long_term_entries,
+            "table_entries": memory.table_entries,
+            "bytes_total": memory.bytes_total,
+            "msize_per_agent": memory.msize,
+        }
+        for time_s, memory in zip(result.time_s, result.memory, strict=True)
+    ]

@@ -1,0 +1,87 @@
+"""What every controller costs: memory, time, and what it takes until it is any good."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import polars as pl
+
+from dmil.results import Results
+from dmil.studies.memories.arranged import Arranged, Values
+from dmil.studies.memories.names import cell_name
+
+
+def cost(runs: Arranged) -> pl.DataFrame:
+    """Return what every controller costs in every cell (ours).
+
+    Returns
+    -------
+    Per cell and controller: means over seeds of ``entries_per_agent``, ``entries_total`` and
+    ``bytes_per_intersection``, of the latter also the largest (``bytes_largest``);
+    ``us_per_decision``, median over seeds, for all intersections at once; of learners ``overtook``,
+    the share of seeds in which it became better than max-pressure, and ``decisions_until_better``,
+    the median over seeds (infinite where it never did; null if that is the median); runs
+    ``planned``, ``failed`` in whatever way, and ``diverged``.
+    """
+    learns = np.array(runs.learns)
+    frames = []
+    for number, cell in enumerate(runs.cells):
+        until = runs.task("decisions_until_better", number)
+        ok = (runs.planned & ~runs.failed)[number].T
+        finished = np.where(np.isnan(until) & ok, np.inf, until)
+        known = ok.any(axis=0) & learns
+        with np.errstate(invalid="ignore"):
+            overtook = (np.isfinite(finished) & ok).sum(axis=0) / ok.sum(axis=0)
+        median = _over_seeds(np.nanmedian, finished)
+        size = runs.task("bytes_per_intersection", number)
+        frame = pl.DataFrame(
+            {
+                "cell": [cell] * len(runs.controllers),
+                "controller": list(runs.controllers),
+                "learns": learns,
+                "entries_per_agent": _over_seeds(
+                    np.nanmean, runs.task("entries_per_agent", number)
+                ),
+                "entries_total": _over_seeds(np.nanmean, runs.task("entries_total", number)),
+                "bytes_per_intersection": _over_seeds(np.nanmean, size),
+                "bytes_largest": _over_seeds(np.nanmax, size),
+                "us_per_decision": _over_seeds(np.nanmedian, runs.task("us_per_decision", number)),
+                "overtook": np.where(known, overtook, np.nan),
+                "decisions_until_better": np.where(known & np.isfinite(median), median, np.nan),
+                "planned": runs.planned[number].sum(axis=1),
+                "failed": runs.failed[number].sum(axis=1),
+                "diverged": runs.diverged[number].sum(axis=1),
+            }
+        )
+        frames.append(frame.filter(pl.col("planned") > 0).fill_nan(None))
+    return pl.concat(frames)
+
+
+def hit_rates(results: Results) -> pl.DataFrame:
+    """Return from where every controller's look-ups were answered (ours).
+
+    Returns
+    -------
+    Columns ``cell``, ``controller``, ``source``, ``share`` of all look-ups of all seeds; empty if
+    no controller counts them.
+    """
+    rows = results.query(
+        "select scenario, load, controller, source, sum(lookups)::bigint as lookups"
+        " from lookups group by all order by all"
+    )
+    cells = [cell_name(*row) for row in rows.select("scenario", "load").rows()]
+    return (
+        rows.with_columns(cell=pl.Series(cells, dtype=pl.String))
+        .with_columns(share=pl.col("lookups") / pl.col("lookups").sum().over("cell", "controller"))
+        .select("cell", "controller", "source", "share")
+        .fill_nan(None)
+    )
+
+
+def _over_seeds(summary: object, values: Values) -> Values:
+    """Summarise over seeds what is there; NaN where nothing is."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of columns without any run
+        found: Values = summary(values, axis=0)  # type: ignore[operator]
+    return found

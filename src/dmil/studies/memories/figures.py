@@ -1,0 +1,102 @@
+"""All figures of the study of memories, named, titled and explained."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import polars as pl
+
+from dmil.reports.figure import Figure, darkened, figure, slug
+from dmil.reports.marks import Chart
+from dmil.studies.memories import charts, curve_charts
+from dmil.studies.memories.names import LONGEST_QUEUE_APPROACHING, MAX_PRESSURE
+from dmil.studies.memories.statements import SUBJECT
+from dmil.studies.memories.tables import MemoriesTables
+
+HEADLINE = "Waiting against max-pressure"
+MOST_LINES = 9
+DARK = "dark"
+"""Section of pictures for dark pages, which no page of ours shows."""
+
+Drawn = tuple[str, str, str, Chart | None]
+"""Name, section, caption and chart of a figure, None if the runs do not allow it."""
+
+
+def figures_of_study(tables: MemoriesTables) -> Iterator[Figure]:
+    """Yield the figures that the runs allow; the headline also for dark pages (ours)."""
+    runs = tables.runs
+    kept = [name for name in runs.controllers if name not in runs.ablations]
+    standing, overall, cost, learning, memory = (
+        table.filter(pl.col("controller").is_in(kept))
+        for table in (
+            tables.standing,
+            tables.overall,
+            tables.cost,
+            tables.learning,
+            tables.memory,
+        )
+    )
+    drawn: list[Drawn] = [
+        (
+            "differences",
+            "headline",
+            "Paired difference of the mean waiting time to that under max-pressure, in every cell; "
+            "left of the line is better.",
+            charts.differences(standing, runs.cells, HEADLINE),
+        ),
+        (
+            "standing",
+            "standing",
+            "Every controller, over all cells and seeds. On the line: as long as max-pressure.",
+            charts.standing_chart(overall),
+        ),
+        (
+            "profile",
+            "standing",
+            "How often a controller is how good: at 1, the share of runs in which vehicles wait "
+            "no longer than under max-pressure. Runs that failed count as never.",
+            charts.profile_chart(tables.profiles, _in_profile(overall)),
+        ),
+        (
+            "waiting_and_bytes",
+            "memory",
+            "To the left is small, below is quick. Dashed: rules that remember nothing.",
+            charts.waiting_and_bytes(overall, cost),
+        ),
+        (
+            "memory_over_time",
+            "memory",
+            "How memories grow with experience.",
+            curve_charts.memory_chart(memory, runs.cells),
+        ),
+        (
+            "learning",
+            "learning",
+            "Below the line: better than max-pressure.",
+            curve_charts.learning_chart(learning, runs.cells),
+        ),
+        (
+            "ablation",
+            "ablation",
+            "Each variant against factored memory with its default settings.",
+            curve_charts.ablation_chart(tables.ablation, SUBJECT),
+        ),
+    ]
+    for name, section, caption, chart in drawn:
+        if chart is not None:
+            made = figure(slug(name.replace("_", "-")), section, "", caption, chart)
+            yield made
+            if section == "headline":
+                yield darkened(made, DARK)
+
+
+def _in_profile(overall: pl.DataFrame) -> list[str]:
+    """Return the best controllers; max-pressure itself is the line at 1."""
+    known = overall.filter(
+        pl.col("max_pressure_ratio").is_not_null(),
+        pl.col("controller") != MAX_PRESSURE,
+        pl.col("cells") == overall["cells"].max(),
+    ).sort("max_pressure_ratio", maintain_order=True)
+    names: list[str] = known["controller"].to_list()
+    front = [name for name in (SUBJECT, LONGEST_QUEUE_APPROACHING) if name in names]
+    return list(dict.fromkeys([*front, *names]))[:MOST_LINES]

@@ -1,0 +1,152 @@
+"""The report of the study of memories: its tables, its figures, and one page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import polars as pl
+
+from dmil.analysis.verdicts import FEWEST_SEEDS
+from dmil.errors import unknown_name
+from dmil.reports.configuration import configuration_rows
+from dmil.reports.figure import Figure
+from dmil.reports.files import csv
+from dmil.reports.html import environment, shared_values
+from dmil.results import Results
+from dmil.studies.memories.figures import DARK, figures_of_study
+from dmil.studies.memories.files import standing_latex, standing_markdown
+from dmil.studies.memories.names import CITY, REFERENCES, cell_label, controller_name
+from dmil.studies.memories.statements import SUBJECT, SUBJECTS
+from dmil.studies.memories.tables import MemoriesTables, memories_tables
+
+PRESET = "memories"
+SECTIONS = {
+    "bars": "The bars",
+    "limits": "The limit",
+    "rivals": "What is said of the other memories",
+}
+
+
+class MemoriesReport:
+    """What the report of the study of memories is made of.
+
+    Parameters
+    ----------
+    results
+        The study.
+    tables
+        Its tables, if they are there already.
+    preset
+        None, or its only one.
+
+    Raises
+    ------
+    InputError
+        No run succeeded.
+    UnknownNameError
+        The preset is another.
+    """
+
+    def __init__(
+        self, results: Results, tables: MemoriesTables | None = None, preset: str | None = None
+    ) -> None:
+        if preset not in (None, PRESET):
+            raise unknown_name("preset in this study", str(preset), [PRESET])
+        self._results = results
+        self._tables = tables or memories_tables(results)
+
+    def tables(self) -> dict[str, str | bytes]:
+        """Return the tables' files by name."""
+        made = self._tables
+        evidence = made.claims.select("id", "evidence").explode("evidence").drop_nulls("evidence")
+        return {
+            "tables/standing.csv": csv(made.standing),
+            "tables/standing.md": standing_markdown(made),
+            "tables/standing.tex": standing_latex(made),
+            "tables/overall.csv": csv(made.overall),
+            "tables/cost.csv": csv(made.cost),
+            "tables/hit_rates.csv": csv(made.hit_rates),
+            "tables/learning.csv": csv(made.learning),
+            "tables/ablation.csv": csv(made.ablation),
+            "tables/claims.csv": csv(made.claims),
+            "tables/claims_evidence.csv": csv(evidence.unnest("evidence")),
+            "tables/failures.csv": csv(made.failures),
+        }
+
+    def figures(self) -> Iterator[Figure]:
+        """Yield the figures as they are made."""
+        yield from figures_of_study(self._tables)
+
+    def pages(self, figures: list[Figure]) -> dict[str, str]:
+        """Return the page by its name."""
+        templates = environment(__package__)
+        templates.filters |= {
+            "cell": cell_label,
+            "controller": controller_name,
+            "percent": lambda value: None if value is None else 100 * value,
+        }
+        shown = [figure for figure in figures if figure.section != DARK]
+        values = shared_values(self._results, shown) | self._values()
+        return {"report.html": templates.get_template("page.html.j2").render(values)}
+
+    def _values(self) -> dict[str, Any]:
+        made, runs = self._tables, self._tables.runs
+        configuration = self._results.manifest.get("configuration", {})
+        kept = [name for name in runs.controllers if name not in runs.ablations]
+        ranked = made.overall.filter(pl.col("controller").is_in(kept)).sort(
+            "max_pressure_ratio", nulls_last=True, maintain_order=True
+        )
+        rates = made.hit_rates.group_by("controller", "source", maintain_order=True).agg(
+            pl.col("share").mean()
+        )
+        return {
+            "cells": runs.cells,
+            "seeds": runs.seeds,
+            "few_seeds": FEWEST_SEEDS,
+            "controllers": ranked["controller"].to_list(),
+            "ablations": runs.ablations,
+            "overall": ranked.rows(named=True),
+            "standing": _by(made.standing, "cell", "controller"),
+            "cost": _by(made.cost, "cell", "controller"),
+            "costs": _costs(made.cost),
+            "ablation": _by(made.ablation, "controller", "cell"),
+            "rates": rates.rows(named=True),
+            "references": REFERENCES,
+            "subject": SUBJECT,
+            "subjects": [name for name in SUBJECTS if name in runs.controllers],
+            "sections": SECTIONS,
+            "claims": made.claims.rows(named=True),
+            "failures": made.failures.rows(named=True),
+            "has_cities": any(cell.startswith(CITY) for cell in runs.cells),
+            "tuned": configuration.get("tuned", {}),
+            "tuning": configuration.get("tuning", []),
+            "episodes": configuration.get("episodes"),
+            "configuration": configuration_rows(configuration),
+        }
+
+
+def _costs(cost: pl.DataFrame) -> dict[str, dict[str, Any]]:
+    """Return what each controller costs in the cell where it costs most."""
+    table = cost.group_by("controller", maintain_order=True).agg(
+        pl.col("learns").any(),
+        pl.col("entries_per_agent").max(),
+        pl.col("bytes_per_intersection").max(),
+        pl.col("us_per_decision").max(),
+        until=pl.col("decisions_until_better").max(),
+        overtaken=pl.col("decisions_until_better").count(),
+        cells=pl.len(),
+        planned=pl.col("planned").sum(),
+        failed=pl.col("failed").sum(),
+        diverged=pl.col("diverged").sum(),
+    )
+    return {row["controller"]: row for row in table.iter_rows(named=True)}
+
+
+def _by(table: pl.DataFrame, *keys: str) -> dict[tuple[Any, ...], dict[str, Any]]:
+    """Return the rows of a table by the values of some columns."""
+    return {tuple(row[key] for key in keys): row for row in table.iter_rows(named=True)}
+
+
+REPORT = MemoriesReport
+"""What makes the report of such a study."""

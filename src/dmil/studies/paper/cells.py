@@ -1,0 +1,198 @@
+"""Runs arranged for comparison: one column per cell of the study, one row per seed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, field
+from functools import cached_property
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from dmil.analysis.panel import EMBEDDING_ORDER, check_distinct, check_success, ordered, panel_of
+from dmil.results import Results
+from dmil.studies.paper.published import Architecture, Reading, intersections_of, is_of, reading_of
+
+#: What makes up a cell: all runs that differ in nothing but the seed.
+CELL: tuple[str, ...] = (
+    "preset",
+    "scenario",
+    "reward",
+    "controller",
+    "embedding",
+    "communication",
+    "epsilon",
+    "variant",
+)
+
+#: All states that an agent stores, as SQL over the columns of ``series``.
+ENTRIES = (
+    "coalesce(short_term_entries, 0) + coalesce(long_term_entries, 0) + coalesce(table_entries, 0)"
+)
+
+#: What the paper records as the size of memory: m_L, for SARSA m_Q; as SQL over ``series``.
+LONG_ENTRIES = "coalesce(long_term_entries, 0) + coalesce(table_entries, 0)"
+
+PRESET_ORDER = ("literal", "decaying", "matched")
+REWARD_ORDER = ("default", "entropy", "diffusion", "queue", "pressure")
+BASELINES = ("longest-queue-first", "max-pressure", "fixed-cycle", "random")
+LEARNERS = ("sarsa", "dual-memory")
+CONTROLLER_ORDER = (*LEARNERS, *BASELINES)
+
+
+Key = tuple[str | bool | float | None, ...]
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Measures of all successful runs as (seeds, cells) arrays.
+
+    Parameters
+    ----------
+    table
+        One row per cell: the columns of :data:`CELL`, in the order of the paper.
+    seeds
+        Seeds, ascending.
+    measures
+        Name of the measure to array (seeds, cells); NaN where there is no run.
+    reading
+        Which cells the columns of the paper's table stand for.
+    """
+
+    table: pl.DataFrame
+    seeds: tuple[int, ...]
+    measures: dict[str, NDArray[np.float64]]
+    reading: Reading = field(default_factory=Reading)
+
+    @cached_property
+    def _numbers(self) -> dict[Key, int]:
+        return {key: number for number, key in enumerate(self.table.rows())}
+
+    @cached_property
+    def named(self) -> pl.DataFrame:
+        """The table, the paper's ``column`` that a cell stands for, and ``is_exact_sarsa``."""
+        rows = self.table.rows(named=True)
+        exact = Architecture("sarsa", "exact", False, self.reading.epsilon_non_memory)
+        return self.table.with_columns(
+            column=pl.Series([self.reading.column(row) for row in rows], dtype=pl.String),
+            is_exact_sarsa=pl.Series([is_of(exact, row) for row in rows], dtype=pl.Boolean),
+        )
+
+    @cached_property
+    def presets(self) -> list[str]:
+        """Presets, those of the paper first."""
+        return ordered(self.table["preset"].unique().to_list(), PRESET_ORDER)
+
+    @property
+    def rewards(self) -> list[str]:
+        """Rewards of the learning agents, those of the paper first."""
+        return ordered(self.table["reward"].drop_nulls().unique().to_list(), REWARD_ORDER)
+
+    @property
+    def scenarios(self) -> list[str]:
+        """Scenarios, small grids first."""
+        return by_size(self.table["scenario"].unique().to_list())
+
+    def find(
+        self, preset: str, scenario: str, reward: str, architecture: Architecture
+    ) -> int | None:
+        """Return the number of a learning agent's cell, None if it was not run."""
+        a = architecture
+        name = (preset, scenario, reward)
+        return self._numbers.get((*name, *astuple(a)))
+
+    def baseline(self, preset: str, scenario: str, controller: str) -> int | None:
+        """Return the number of a baseline's cell, None if it was not run.
+
+        A baseline does not depend on the preset: if the preset has none, another's stands in.
+        """
+        for name in (preset, *self.presets):
+            number = self._numbers.get((name, scenario, None, controller, None, False, None, None))
+            if number is not None:
+                return number
+        return None
+
+    def columns(self, measure: str, numbers: Sequence[int | None]) -> NDArray[np.float64]:
+        """Return a measure of several cells as (seeds, numbers); NaN columns for None."""
+        values = self.measures[measure]
+        missing = np.full((len(self.seeds), 1), np.nan)
+        padded = np.hstack([values, missing])
+        return padded[:, [values.shape[1] if number is None else number for number in numbers]]
+
+
+def by_size(scenarios: Sequence[str]) -> list[str]:
+    """Return scenarios, small grids first and other networks last."""
+    return sorted(scenarios, key=lambda name: (intersections_of(name) or 10**9, name))
+
+
+def cells_of(results: Results) -> Cells:
+    """Arrange the successful runs of a study.
+
+    Besides the numeric columns of ``runs`` there are, per agent, ``long_entries`` at the horizon
+    (m_L, for SARSA m_Q) and ``first_long_entries`` at the start; and the slopes of least-squares
+    lines over the decisions of a run: ``entries_per_decision`` of all stored states,
+    ``long_entries_per_decision`` and ``short_entries_per_decision`` of the parts of it.
+
+    Raises
+    ------
+    InputError
+        No run succeeded, or two runs of one cell have the same seed.
+    """
+    runs = results.runs()
+    check_success(runs, results)
+    runs = runs.filter(pl.col("status") == "ok")
+    runs = runs.join(_growth(results), on=[*CELL, "seed"], how="left", nulls_equal=True)
+    return arrange(runs, results)
+
+
+def arrange(runs: pl.DataFrame, results: Results) -> Cells:
+    """Arrange rows with the columns of :data:`CELL`, ``seed`` and any numeric measures."""
+    reading = reading_of(results.manifest.get("configuration") or {})
+    check_distinct(
+        runs,
+        (*CELL, "seed"),
+        results,
+        shared="cell and seed",
+        mend="analyse different horizons or studies in folders of their own",
+    )
+    orders = {
+        "preset": PRESET_ORDER,
+        "scenario": by_size(runs["scenario"].unique().to_list()),
+        "reward": REWARD_ORDER,
+        "controller": CONTROLLER_ORDER,
+        "embedding": EMBEDDING_ORDER,
+    }
+    ranks = [_rank(column, order) for column, order in orders.items()]
+    table = runs.select(CELL).unique().sort(*ranks, *CELL, nulls_last=True)
+    seeds = sorted(runs["seed"].unique().to_list())
+    panel = panel_of((seeds, runs["seed"].to_list()), (table.rows(), runs.select(CELL).rows()))
+    measures = panel.measures(runs, but=(*CELL, "seed"))
+    return Cells(table, tuple(seeds), measures, reading)
+
+
+def _rank(column: str, order: Sequence[str]) -> pl.Expr:
+    return pl.col(column).replace_strict(
+        list(order), list(range(len(order))), default=len(order), return_dtype=pl.Int64
+    )
+
+
+def _growth(results: Results) -> pl.DataFrame:
+    """Entries of each run at its ends, and per decision by least squares over its decisions.
+
+    Sums are taken in order, so that the same runs give the same bytes.
+    """
+    return results.query(
+        f"""
+        select {", ".join(CELL)}, seed,
+            arg_min({LONG_ENTRIES}, decision) as first_long_entries,
+            arg_max({LONG_ENTRIES}, decision) as long_entries,
+            regr_slope({ENTRIES}, decision order by decision) as entries_per_decision,
+            regr_slope({LONG_ENTRIES}, decision order by decision) as long_entries_per_decision,
+            regr_slope(coalesce(short_term_entries, 0), decision order by decision)
+                as short_entries_per_decision
+        from (select *, row_number() over (
+                  partition by {", ".join(CELL)}, seed order by time_s) as decision from series)
+        group by all
+        """
+    )

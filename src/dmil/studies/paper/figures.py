@@ -1,0 +1,195 @@
+"""All figures of one study, named, titled and explained."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import chain
+from typing import Any
+
+from dmil.analysis.panel import ordered
+from dmil.controllers.settings import DualMemorySettings
+from dmil.reports.configuration import find_value
+from dmil.reports.figure import Figure, figure, slug
+from dmil.reports.marks import Chart
+from dmil.results import Results
+from dmil.studies.paper import cell_charts, time_charts
+from dmil.studies.paper.cells import CELL, ENTRIES, Cells
+from dmil.studies.paper.published import PAPER_COLUMNS, intersections_of
+from dmil.studies.paper.summaries import curves
+from dmil.studies.paper.tables import PaperTables
+from dmil.studies.paper.time_charts import MemorySettings
+
+Drawn = tuple[str, str, str, str, Chart | None]
+"""Name, section, scenario, caption and chart of a figure, None if the runs do not allow it."""
+
+
+def gallery(results: Results, tables: PaperTables, preset: str) -> Iterator[Figure]:
+    """Yield the figures that the runs of a study allow, as they are made (ours).
+
+    Parameters
+    ----------
+    results, tables
+        The study and its tables.
+    preset
+        Preset that figures of one preset show.
+    """
+    drawn = chain(
+        _of_study(tables, preset),
+        *(
+            _of_scenario(results, tables, preset, scenario)
+            for scenario in reversed(tables.cells.scenarios)
+        ),
+    )
+    for name, section, scenario, caption, chart in drawn:
+        if chart is not None:
+            yield figure(name, section, scenario, caption, chart)
+
+
+def _of_study(tables: PaperTables, preset: str) -> list[Drawn]:
+    return [
+        (
+            "paper_against_ours",
+            "paper",
+            "",
+            "Waiting time per vehicle divided by the vehicles arrived at the horizon. Diamonds: "
+            "the paper's Table II. Dots: this run, with 95 % intervals. Grey lines: baselines of "
+            "this run, which the paper does not have.",
+            cell_charts.paper_against_ours(tables.paper, preset),
+        ),
+        (
+            "against_max_pressure",
+            "headline",
+            "",
+            "How much longer vehicles wait than under max-pressure, on the same demand. Left of "
+            "the line would be better than max-pressure.",
+            cell_charts.against_max_pressure(tables.summary, preset),
+        ),
+        (
+            "sensitivity",
+            "sensitivity",
+            "",
+            "The same agents under the presets of this study: what each fills in for the paper is "
+            "listed under assumptions.",
+            cell_charts.preset_sensitivity(tables.sensitivity),
+        ),
+    ]
+
+
+def _of_scenario(
+    results: Results, tables: PaperTables, preset: str, scenario: str
+) -> Iterator[Drawn]:
+    end = slug(scenario)
+    arrived = curves(results, "arrived_veh", preset, scenario)
+    recorded = curves(results, "long_entries", preset, scenario)
+    grown = curves(results, "long_entries", preset, scenario, since_start=True)
+    entries = curves(results, "entries", preset, scenario, since_start=True)
+    sizes = curves(results, "msize_per_agent", preset, scenario, since_start=True)
+    settings = _memory_settings(results, scenario)
+    bounded = (
+        " Dotted: the most that may be added in as many decisions, by the corrected theory; no run "
+        "can lie above."
+        if settings
+        else ""
+    )
+    yield from (
+        (
+            f"arrivals_by_reward_{end}",
+            "arrivals",
+            scenario,
+            "Like the paper's Fig. 4, left. Mean over seeds and 95 % interval (band).",
+            time_charts.arrivals_by_reward(arrived, scenario),
+        ),
+        (
+            f"arrivals_by_architecture_{end}",
+            "arrivals",
+            scenario,
+            "Like the paper's Fig. 4, right. Mean over seeds and 95 % interval (band).",
+            time_charts.arrivals_by_architecture(arrived, scenario),
+        ),
+        (
+            f"memory_{end}",
+            "memory",
+            scenario,
+            "What the paper's Fig. 5 draws, m_L: entries of long-term memory, for SARSA of its "
+            "table, m_Q, mean of all intersections. Every agent begins with what it took from the "
+            "training phase.",
+            time_charts.memory_recorded(recorded, scenario),
+        ),
+        (
+            f"memory_growth_{end}",
+            "memory",
+            scenario,
+            "The same, minus the entries present at the start: the slopes that the paper compares.",
+            time_charts.memory_growth(grown, scenario),
+        ),
+        (
+            f"states_added_{end}",
+            "memory",
+            scenario,
+            "The same with short-term memory, m_s + m_L (ours), which in a run this short is most "
+            "of what dual memory adds. States per agent from start to end: "
+            f"{_stored(results, tables.cells, preset, scenario)}.",
+            time_charts.states_added(entries, scenario),
+        ),
+        (
+            f"memory_size_{end}",
+            "memory",
+            scenario,
+            "The paper's size, 3 m_L + |A| m_s values for dual memory and |A| m_Q for SARSA, added "
+            "since the start." + bounded,
+            time_charts.memory_size(sizes, scenario, settings),
+        ),
+        (
+            f"architectures_{end}",
+            "architectures",
+            scenario,
+            "Every learning agent of the study. Grey lines: longest queue first and max-pressure "
+            "in the same run.",
+            cell_charts.all_architectures(tables.summary, preset, scenario),
+        ),
+    )
+
+
+def _stored(results: Results, cells: Cells, preset: str, scenario: str) -> str:
+    """Say how many states the agents of the memory figures store, at the start and at the end."""
+    ends = results.query(
+        f"""
+        select {", ".join(CELL)}, time_s, avg({ENTRIES}) as mean, mean as low, mean as high
+        from series where preset = '{preset}' and scenario = '{scenario}' and time_s in
+            (select unnest([min(time_s), max(time_s)]) from series where scenario = '{scenario}')
+        group by all order by time_s
+        """
+    )
+    named = ends.join(cells.named, on=CELL, nulls_equal=True)
+    lines, _ = time_charts.memory_lines(named)
+    stored = dict(lines.group_by("line", maintain_order=True).agg("mean").rows())
+    return "; ".join(
+        f"{line} {stored[line][0]:,.0f} to {stored[line][-1]:,.0f}"
+        for line in ordered(list(stored), ("SARSA exact", *PAPER_COLUMNS))
+    )
+
+
+def _memory_settings(results: Results, scenario: str) -> MemorySettings | None:
+    """Find what the bounds need: |A| from SARSA's size and rows, the rest in the manifest."""
+    if intersections_of(scenario) is None:
+        return None  # intersections may differ in their actions
+    actions = results.query(
+        f"""
+        select max(round(msize_per_agent / table_entries)) as actions from series
+        where controller = 'sarsa' and table_entries > 0 and scenario = '{scenario}'
+        """
+    ).item()
+    if actions is None:
+        return None
+    configuration = results.manifest.get("configuration", {})
+
+    def setting(name: str) -> Any:
+        return find_value(configuration, name, DualMemorySettings.model_fields[name].default)
+
+    period = int(setting("stage_period"))
+    return MemorySettings(
+        actions=int(actions),
+        staged_ratio=float(setting("staged_ratio")),
+        stage_period=period or int(setting("short_capacity")),
+        rule="period" if period else "full",
+    )

@@ -1,0 +1,223 @@
+"""The paper's claims on memory, and on what it costs in waiting."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from dmil.studies.paper.published import (
+    COMPLEX,
+    COMPLEX_COMMUNICATION,
+    NO_MEMORY,
+    SIMPLE,
+)
+from dmil.studies.paper.questions import (
+    BY_REWARD,
+    NOTICEABLE,
+    SAME_WITHIN,
+    Question,
+    Statement,
+    percent,
+)
+from dmil.studies.paper.selections import (
+    ALL_REWARDS,
+    ENTRIES,
+    GROWTH,
+    LONG_ENTRIES,
+    LONG_GROWTH,
+    PHYSICAL,
+    TOTAL_ENTRIES,
+    WAIT,
+    Choose,
+    Where,
+    against_exact_sarsa,
+    against_no_memory,
+    at_equal_epsilon,
+    columns,
+)
+
+_SAME, _SLIGHT = percent(SAME_WITHIN), percent(NOTICEABLE)
+
+RIVALS: tuple[tuple[str, Callable[[str], Choose]], ...] = (
+    ("exact SARSA", against_exact_sarsa),
+    ("No Memory", against_no_memory),
+)
+"""Whose table memory is compared with: the paper's own agent, and the preset's."""
+
+_EXPENSES: tuple[tuple[str, tuple[str, ...], Where], ...] = (
+    ("on several intersections under entropy and diffusion", PHYSICAL, "several"),
+    ("on several under default", ("default",), "several"),
+    ("on one", ALL_REWARDS, "single"),
+)
+
+
+MEMORY: tuple[Statement, ...] = (
+    Statement(
+        "memory-flatter",
+        "quotation",
+        "§VI-D",
+        "Unlike the SARSA Q-tables, which increase each timestep, dual-memory learning agents "
+        "exhibit flatter slopes, indicating a slower growth rate.",
+        tuple(
+            Question(
+                f"{counted} per decision of Simple and Complex is below {rival}'s table",
+                choose(measure),
+                "below",
+                label=f"{short} against {rival}",
+            )
+            for counted, short, measure in (
+                ("m_L", "m_L", LONG_GROWTH),
+                ("m_s + m_L", "m_s + m_L", GROWTH),
+            )
+            for rival, choose in RIVALS
+        ),
+        "The paper records m_L. m_s + m_L is ours: it counts short-term memory, too, which never "
+        "holds more than m_s rows however long a run is. In a run this short it may not fill even "
+        "once: then nothing is staged, and m_L stays what it was at the start.",
+    ),
+    Statement(
+        "memory-smaller",
+        "quotation",
+        "§VI-D",
+        "By abstracting the states with the equivalence classes, the number of memory entries are "
+        "greatly reduced",
+        tuple(
+            Question(
+                f"{counted} per agent of Simple and Complex at the horizon is less than half of "
+                f"{rival}'s table",
+                choose(measure),
+                "below",
+                -0.5,
+                label=f"{counted} against {rival}",
+            )
+            for counted, measure in (("m_L", LONG_ENTRIES), ("m_s + m_L", ENTRIES))
+            for rival, choose in RIVALS
+        ),
+        "Greatly reduced is read as at least halved. Much of it is decided at the start: dual "
+        "memory imports the best half of the trained table, one action each, SARSA all of it.",
+    ),
+    Statement(
+        "similar-metrics",
+        "quotation",
+        "§VI-D",
+        "the number of memory entries are greatly reduced, while having similar or even better "
+        "congestion metrics.",
+        tuple(
+            Question(
+                f"W/V_c of Simple and Complex is less than {_SAME} above exact SARSA {label}",
+                against_exact_sarsa(WAIT, rewards=chosen),
+                "below",
+                SAME_WITHIN,
+                label=label,
+            )
+            for label, chosen in BY_REWARD
+        ),
+        f"Similar is read as less than {_SAME} above.",
+    ),
+    Statement(
+        "split-smaller",
+        "quotation",
+        "§IV-B",
+        "The separation into short-term and long-term memories serves the purpose of further "
+        "minimizing memory usage.",
+        (
+            Question(
+                "Entries per agent of dual memory are below SARSA on the same classes at equal ε",
+                at_equal_epsilon("dual-memory", "classes", ALL_REWARDS, ENTRIES),
+                "below",
+            ),
+        ),
+        "An entry of long-term memory holds one action, one of SARSA's table a Q of every action.",
+    ),
+    Statement(
+        "communication-smaller",
+        "quotation",
+        "§VI-D",
+        "the addition of communication … reduces the memory size further",
+        (
+            Question(
+                f"Entries per agent of Complex + communication are at least {_SLIGHT} below "
+                "Complex",
+                columns((COMPLEX_COMMUNICATION,), COMPLEX, ENTRIES, ALL_REWARDS),
+                "below",
+                -NOTICEABLE,
+                label="per agent",
+            ),
+            Question(
+                "Entries of all agents, what all share counted once, of Complex + communication "
+                f"are at least {_SLIGHT} below Complex",
+                columns((COMPLEX_COMMUNICATION,), COMPLEX, TOTAL_ENTRIES, ALL_REWARDS),
+                "below",
+                -NOTICEABLE,
+                label="counted once",
+            ),
+        ),
+        "Both follow from the rule: the central unit returns the union of what it was sent, which "
+        "can only add entries to an agent, and makes them the same for all. Counted once is a way "
+        "of storing: the start table, too, is the same for all agents, but each has a copy until "
+        "they communicate.",
+    ),
+    Statement(
+        "simple-smaller",
+        "quotation",
+        "§VI-D",
+        "even the simple equivalence embedding method reduces the memory size further",
+        (
+            Question(
+                "Entries per agent of Simple at the horizon are below exact SARSA",
+                against_exact_sarsa(ENTRIES, (SIMPLE,)),
+                "below",
+                label="against exact SARSA",
+            ),
+            Question(
+                "Entries per agent of Simple at the horizon are below Complex",
+                columns((SIMPLE,), COMPLEX, ENTRIES, ALL_REWARDS),
+                "below",
+                label="against Complex",
+            ),
+        ),
+        "The sentence does not say further than what.",
+    ),
+    Statement(
+        "tiny-decrease",
+        "quotation",
+        "§VI-D",
+        "the addition of communication and even the simple equivalence embedding method reduces "
+        "the memory size further with a tiny congestion performance decrease.",
+        (
+            Question(
+                f"W/V_c of Complex + communication is less than {_SAME} above Complex",
+                columns((COMPLEX_COMMUNICATION,), COMPLEX, WAIT, ALL_REWARDS),
+                "below",
+                SAME_WITHIN,
+                label="with communication",
+                needs_difference=True,
+            ),
+            Question(
+                f"W/V_c of Simple is less than {_SAME} above Complex",
+                columns((SIMPLE,), COMPLEX, WAIT, ALL_REWARDS),
+                "below",
+                SAME_WITHIN,
+                label="with Simple for Complex",
+            ),
+        ),
+        f"Tiny is read as less than {_SAME}.",
+    ),
+    Statement(
+        "little-expense",
+        "quotation",
+        "§VII",
+        "memory growth rate is reduced with little expense on the performance.",
+        tuple(
+            Question(
+                f"W/V_c of Simple and Complex is less than {_SAME} above No Memory, {label}",
+                columns((SIMPLE, COMPLEX), NO_MEMORY, WAIT, chosen, where),
+                "below",
+                SAME_WITHIN,
+                label=label,
+            )
+            for label, chosen, where in _EXPENSES
+        ),
+        f"Little is read as less than {_SAME}. The paper's own Table II has 14 to 38 % more on "
+        "1×1, and 26 and 53 % more for Complex under default.",
+    ),
+)

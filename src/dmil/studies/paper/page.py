@@ -1,0 +1,248 @@
+"""The report of the paper's study: its figures, its tables, one page."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import markupsafe
+import polars as pl
+
+from dmil.analysis.verdicts import FEWEST_SEEDS
+from dmil.controllers.settings import DualMemorySettings
+from dmil.errors import unknown_name
+from dmil.reports.configuration import configuration_rows
+from dmil.reports.figure import Figure
+from dmil.reports.files import csv
+from dmil.reports.html import environment, shared_values
+from dmil.reports.labels import architecture_label, signed
+from dmil.results import Results
+from dmil.studies.paper.assumptions import assumptions, changed
+from dmil.studies.paper.cells import BASELINES, PRESET_ORDER, Cells
+from dmil.studies.paper.figures import gallery
+from dmil.studies.paper.files import evidence_csv, paper_table_latex
+from dmil.studies.paper.published import NO_MEMORY, PAPER_COLUMNS, SOURCE, scenario_label
+from dmil.studies.paper.tables import PaperTables, paper_tables
+from dmil.theory import STATEMENTS
+
+#: How claims end, each with how the headline says it.
+_OUTCOMES = {
+    "holds": "hold",
+    "does not hold": "do not hold",
+    "depends": "depend on the reward, or on how they are read or counted",
+    "not shown": "are not shown by these runs",
+    "not judged": "cannot be judged from them",
+}
+
+#: Fewer seeds than this and the intervals are too narrow to rely on.
+FEW_SEEDS = 8
+
+
+class PaperReport:
+    """What the report of the paper's study is made of.
+
+    Parameters
+    ----------
+    results
+        The study.
+    tables
+        Its tables, if they are there already.
+    preset
+        Preset that headline and figures show; by default the last of literal, decaying, matched
+        that was run.
+
+    Raises
+    ------
+    InputError
+        No run succeeded.
+    UnknownNameError
+        The preset was not run.
+    """
+
+    def __init__(
+        self, results: Results, tables: PaperTables | None = None, preset: str | None = None
+    ) -> None:
+        self._results = results
+        self._tables = tables or paper_tables(results)
+        self._preset = preset or _main_preset(self._tables.cells)
+        if self._preset not in self._tables.cells.presets:
+            raise unknown_name("preset in this study", self._preset, self._tables.cells.presets)
+
+    def tables(self) -> dict[str, str | bytes]:
+        """Return the tables' files by name."""
+        return _table_files(self._tables)
+
+    def figures(self) -> Iterator[Figure]:
+        """Yield the figures as they are made."""
+        return gallery(self._results, self._tables, self._preset)
+
+    def pages(self, figures: list[Figure]) -> dict[str, str]:
+        """Return the pages by name."""
+        return {"report.html": _page(self._results, self._tables, figures, self._preset)}
+
+
+def _main_preset(cells: Cells) -> str:
+    known = [name for name in PRESET_ORDER if name in cells.presets]
+    return known[-1] if known else cells.presets[0]
+
+
+def _table_files(tables: PaperTables) -> dict[str, str | bytes]:
+    files: dict[str, str | bytes] = {
+        "tables/summary.csv": csv(tables.summary),
+        "tables/paper_table.csv": csv(tables.paper),
+        "tables/sensitivity.csv": csv(tables.sensitivity),
+        "tables/complex_readings.csv": csv(tables.readings),
+        "tables/cells_reproduced.csv": csv(tables.reproduced),
+        "tables/memory.csv": csv(tables.memory),
+        "tables/exchange.csv": csv(tables.exchange),
+        "tables/claims.csv": csv(tables.claims),
+        "tables/claims_evidence.csv": evidence_csv(tables.claims),
+    }
+    for preset in tables.cells.presets:
+        files[f"tables/paper_table_{preset}.tex"] = paper_table_latex(tables.paper, preset)
+    return files
+
+
+def _page(results: Results, tables: PaperTables, figures: list[Figure], preset: str) -> str:
+    cells = tables.cells
+    templates = environment(__package__)
+    templates.filters |= {"scenario": scenario_label, "maths": _maths}
+    configuration = results.manifest.get("configuration", {})
+    return templates.get_template("page.html.j2").render(
+        **shared_values(results, figures),
+        preset=preset,
+        presets=cells.presets,
+        scenarios=cells.scenarios,
+        seeds=cells.seeds,
+        few_seeds=FEW_SEEDS,
+        fewest_seeds=FEWEST_SEEDS,
+        changed=changed(configuration),
+        paper_source=SOURCE,
+        paper_columns=PAPER_COLUMNS,
+        baselines=[name for name in BASELINES if name in tables.summary["controller"]],
+        paper_tables={name: _paper_rows(tables.paper, name) for name in cells.presets},
+        best=_best(tables.summary, preset),
+        claims=_claim_rows(tables.claims, preset),
+        outcomes=_OUTCOMES,
+        counts_of=_counts(tables.claims),
+        no_memory={
+            name: cells.reading.architecture(NO_MEMORY, name).embedding for name in cells.presets
+        },
+        rule=DualMemorySettings().model_dump() | (configuration.get("dual_memory") or {}),
+        exchange=tables.exchange.rows(named=True),
+        memory=tables.memory.filter(pl.col("preset") == preset).rows(named=True),
+        reproduced=tables.reproduced.rows(named=True),
+        reading=cells.reading.complex_embedding,
+        reading_names=tables.readings["reading"].unique(maintain_order=True).to_list(),
+        readings=_reading_rows(tables.readings),
+        statements=STATEMENTS,
+        sensitivity=_sensitivity_rows(tables.sensitivity, cells.presets),
+        architectures=_architecture_rows(tables.summary, preset),
+        assumptions=assumptions(configuration),
+        configuration=configuration_rows(configuration),
+    )
+
+
+def _maths(text: str) -> markupsafe.Markup:
+    """Set the paper's symbols with subscripts."""
+    escaped = str(markupsafe.escape(text))
+    return markupsafe.Markup(re.sub(r"\b([Vm])_([cLsQ])\b", r"\1<sub>\2</sub>", escaped))
+
+
+def _paper_rows(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
+    """One row per grid and reward, with the entry of every column; baselines once per grid."""
+    rows: list[dict[str, Any]] = []
+    chosen = table.filter(pl.col("preset") == preset)
+    for scenario in chosen["scenario"].unique(maintain_order=True):
+        of_grid = chosen.filter(pl.col("scenario") == scenario)
+        baselines = {
+            row["column"]: row
+            for row in of_grid.filter(pl.col("reward").is_null()).iter_rows(named=True)
+        }
+        rewards = of_grid["reward"].drop_nulls().unique(maintain_order=True).to_list()
+        for index, reward in enumerate(rewards):
+            entries = {
+                row["column"]: row
+                for row in of_grid.filter(pl.col("reward") == reward).iter_rows(named=True)
+            }
+            first = {"span": len(rewards), "baselines": baselines} if index == 0 else None
+            rows.append(
+                {"scenario": scenario, "reward": reward, "entries": entries, "first": first}
+            )
+    return rows
+
+
+def _best(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
+    """Find the learning agent that waits least on each grid, beside the baselines."""
+    rows = []
+    chosen = table.filter(pl.col("preset") == preset)
+    for scenario in chosen["scenario"].unique(maintain_order=True):
+        learned = chosen.filter((pl.col("scenario") == scenario) & pl.col("reward").is_not_null())
+        if learned.is_empty():
+            continue
+        row = learned.sort("w_over_vc_mean").row(0, named=True)
+        rows.append({**row, "label": architecture_label(row)})
+    return rows
+
+
+def _claim_rows(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
+    """Claims of the shown preset, each with its verdict under every preset."""
+    verdicts: dict[str, dict[str, dict[str, Any]]] = {}
+    for row in table.iter_rows(named=True):
+        verdicts.setdefault(row["id"], {})[row["preset"]] = row
+    return [
+        {**by[preset], "evidence_range": _range(by[preset]["evidence"]), "by_preset": by}
+        for by in verdicts.values()
+    ]
+
+
+def _counts(table: pl.DataFrame) -> dict[str, dict[str, int]]:
+    """Count how the paper's claims end, under each preset."""
+    counts = {preset: dict.fromkeys(_OUTCOMES, 0) for preset in table["preset"].unique()}
+    for row in table.filter(pl.col("source") != "ours").iter_rows(named=True):
+        counts[row["preset"]][row["outcome"]] += 1
+    return counts
+
+
+def _reading_rows(table: pl.DataFrame) -> list[dict[str, Any]]:
+    """One row per preset, grid, reward and column, all readings of the complex classes in it."""
+    if table["reading"].n_unique() < 2:
+        return []
+    rows: dict[tuple[str, ...], dict[str, Any]] = {}
+    for row in table.iter_rows(named=True):
+        key = (row["preset"], row["scenario"], row["reward"], row["column"])
+        paper = {name: row[name] for name in ("paper_mean", "paper_spread")}
+        found = rows.setdefault(key, {"key": key, "readings": {}} | paper)
+        found["readings"][row["reading"]] = row
+    return list(rows.values())
+
+
+def _range(evidence: list[dict[str, Any]]) -> str:
+    """Say between what the differences of all comparisons lie."""
+    values = [row["difference_pct"] for row in evidence if row["difference_pct"] is not None]
+    if not values:
+        return ""
+    number_of = "one comparison" if len(values) == 1 else f"{len(values)} comparisons"
+    return f"{number_of}: W/V_c differs by {signed(min(values))} to {signed(max(values))} %"
+
+
+def _sensitivity_rows(table: pl.DataFrame, presets: list[str]) -> list[dict[str, Any]]:
+    if len(presets) < 2:
+        return []
+    rows: dict[tuple[str, ...], dict[str, Any]] = {}
+    for row in table.iter_rows(named=True):
+        key = (row["scenario"], row["reward"], row["column"])
+        rows.setdefault(key, {"key": key, "presets": {}})["presets"][row["preset"]] = row
+    return list(rows.values())
+
+
+def _architecture_rows(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
+    return [
+        {**row, "label": architecture_label(row)}
+        for row in table.filter(pl.col("preset") == preset).iter_rows(named=True)
+    ]
+
+
+REPORT = PaperReport
+"""What makes the report of such a study."""

@@ -1,0 +1,273 @@
+"""Summary tables of a study: every cell, the paper's table beside ours, presets, curves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import polars as pl
+
+from dmil.analysis.panel import ordered
+from dmil.results import Results
+from dmil.seeding import stream
+from dmil.statistics import Estimate, mean_interval, paired_difference, standard_deviation
+from dmil.studies.paper.cells import (
+    BASELINES,
+    CELL,
+    ENTRIES,
+    LEARNERS,
+    LONG_ENTRIES,
+    Cells,
+    arrange,
+    cells_of,
+)
+from dmil.studies.paper.published import PAPER_COLUMNS, PAPER_REWARDS, TABLE_II
+
+HEADLINE = "w_over_vc"
+
+
+def summary(results: Results | Cells) -> pl.DataFrame:
+    """Return one row per cell of the study, but for variants: see `exchange_table` (ours).
+
+    Parameters
+    ----------
+    results
+        Results of a study, or its cells if they are arranged already.
+
+    Returns
+    -------
+    Columns of :attr:`Cells.named`; ``n`` seeds; mean, sd and 95 % interval of W/V_c; means of V_c,
+    W, queue, travel time, throughput, stored entries and bytes; the paired relative difference of
+    W/V_c to max-pressure and to longest-queue-first in % with its interval (below 0: waits less).
+    """
+    cells = as_cells(results)
+    headline = cells.measures[HEADLINE]
+    estimate = mean_interval(headline, stream(0, "bootstrap", "summary"))
+    columns: dict[str, pl.Series] = {
+        "n": pl.Series(estimate.seeds),
+        "w_over_vc_mean": series_of(estimate.value),
+        "w_over_vc_sd": series_of(standard_deviation(headline)),
+        "w_over_vc_low": series_of(estimate.low),
+        "w_over_vc_high": series_of(estimate.high),
+    }
+    for name, measure in (
+        ("vc_mean", "arrived_veh"),
+        ("wait_mean_s", "wait_per_spawned_s"),
+        ("queue_mean_veh", "mean_queue_veh"),
+        ("travel_time_mean_s", "travel_time_s"),
+        ("throughput_mean_veh_per_h", "throughput_veh_per_h"),
+        ("entries_mean", "entries_per_agent"),
+        ("msize_mean", "msize_per_agent"),
+        ("bytes_mean", "bytes_total"),
+    ):
+        columns[name] = series_of(seed_means(cells.measures[measure]))
+    for name, baseline in (
+        ("vs_max_pressure", "max-pressure"),
+        ("vs_longest_queue", "longest-queue-first"),
+    ):
+        partners = [
+            cells.baseline(row["preset"], row["scenario"], baseline)
+            for row in cells.table.iter_rows(named=True)
+        ]
+        difference = paired_difference(
+            headline,
+            cells.columns(HEADLINE, partners),
+            stream(0, "bootstrap", "summary", baseline),
+            relative=True,
+        )
+        columns |= percent_columns(name, difference)
+    return cells.named.with_columns(**columns).filter(pl.col("variant").is_null())
+
+
+def paper_table(results: Results | Cells) -> pl.DataFrame:
+    """Return the paper's Table II beside ours, long (ours).
+
+    Returns
+    -------
+    One row per preset, scenario, reward and column: ``paper_mean``, ``paper_spread`` (null where
+    the paper has no entry), ``mean``, ``sd``, ``low``, ``high``, ``n`` of ours (null where it was
+    not run), ``within`` (whether our mean lies within the paper's ±). The baselines
+    are columns too; they have no reward and no paper value. Rows where both are missing are left
+    out.
+    """
+    cells = as_cells(results)
+    rewards = ordered(cells.rewards or PAPER_REWARDS, PAPER_REWARDS)
+    rows: list[tuple[str, str, str | None, str, int | None]] = []
+    for preset in cells.presets:
+        for scenario in cells.scenarios:
+            for reward in rewards:
+                for column in PAPER_COLUMNS:
+                    architecture = cells.reading.architecture(column, preset)
+                    number = cells.find(preset, scenario, reward, architecture)
+                    rows.append((preset, scenario, reward, column, number))
+            for baseline in BASELINES:
+                number = cells.baseline(preset, scenario, baseline)
+                rows.append((preset, scenario, None, baseline, number))
+    table = pl.DataFrame(
+        [row[:4] for row in rows],
+        schema={
+            "preset": pl.String,
+            "scenario": pl.String,
+            "reward": pl.String,
+            "column": pl.String,
+        },
+        orient="row",
+    )
+    ours = headline_estimates(cells, [row[4] for row in rows], "paper-table")
+    joined = beside_the_paper(pl.concat([table, ours], how="horizontal"))
+    return joined.filter(pl.col("mean").is_not_null() | pl.col("paper_mean").is_not_null())
+
+
+def sensitivity(results: Results | Cells) -> pl.DataFrame:
+    """Return how W/V_c of the paper's columns depends on the preset (ours).
+
+    Returns
+    -------
+    One row per scenario, reward, column and preset: ``mean``, ``sd``, ``low``, ``high``, ``n``,
+    and the paired relative difference to the study's first preset in %, with its interval.
+    """
+    cells = as_cells(results)
+    rows = [
+        (scenario, reward, column, preset)
+        for scenario in cells.scenarios
+        for reward in cells.rewards
+        for column in PAPER_COLUMNS
+        for preset in cells.presets
+    ]
+    numbers = [cells.find(p, s, r, cells.reading.architecture(c, p)) for s, r, c, p in rows]
+    first = [
+        cells.find(cells.presets[0], s, r, cells.reading.architecture(c, cells.presets[0]))
+        for s, r, c, _ in rows
+    ]
+    difference = paired_difference(
+        cells.columns(HEADLINE, numbers),
+        cells.columns(HEADLINE, first),
+        stream(0, "bootstrap", "sensitivity"),
+        relative=True,
+    )
+    table = pl.DataFrame(rows, schema=["scenario", "reward", "column", "preset"], orient="row")
+    table = pl.concat([table, headline_estimates(cells, numbers, "sensitivity")], how="horizontal")
+    return table.with_columns(**percent_columns("vs_first_preset", difference)).filter(
+        pl.col("mean").is_not_null()
+    )
+
+
+def curves(
+    results: Results, measure: str, preset: str, scenario: str, *, since_start: bool = False
+) -> pl.DataFrame:
+    """Return a measure of every cell of one preset and scenario over time (ours).
+
+    Parameters
+    ----------
+    results
+        Results of a study.
+    measure
+        A numeric column of ``series``; ``entries``, all states an agent stores; or
+        ``long_entries``, those of long-term memory, for SARSA of its table.
+    preset, scenario
+        Which cells.
+    since_start
+        Return by how much the measure has changed since the first time of each run.
+
+    Returns
+    -------
+    Columns of :attr:`Cells.named`, ``time_s``, ``mean``, ``low``, ``high`` over seeds. Baselines
+    that ran under another preset only are taken from there.
+    """
+    value = {"entries": ENTRIES, "long_entries": LONG_ENTRIES}.get(measure, f'"{measure}"')
+    learners = ", ".join(f"'{name}'" for name in LEARNERS)
+    if since_start:
+        run = f"partition by {', '.join(CELL)}, seed order by time_s"
+        value = f"({value}) - first_value({value}) over ({run})"
+    rows = results.query(
+        f"""
+        select {", ".join(CELL)}, seed, time_s, {value} as value from series
+        where scenario = {_quoted(scenario)}
+          and (preset = {_quoted(preset)} or controller not in ({learners}))
+        """
+    )
+    own = rows.filter(pl.col("preset") == preset)
+    have = own["controller"].unique().to_list()
+    others = rows.filter((pl.col("preset") != preset) & ~pl.col("controller").is_in(have))
+    if others.height:
+        others = others.filter(pl.col("preset") == others["preset"].first())
+        own = pl.concat([own, others.with_columns(preset=pl.lit(preset))])
+    if own.is_empty():
+        empty = {"column": pl.lit(None, pl.String), "is_exact_sarsa": pl.lit(False)}
+        return own.select(*CELL, "time_s", mean="value", low="value", high="value", **empty)
+    wide = own.pivot(on="time_s", index=[*CELL, "seed"], values="value")
+    cells = arrange(wide, results)
+    times = sorted(int(name) for name in cells.measures)
+    values = np.hstack([cells.measures[str(time)] for time in times])
+    estimate = mean_interval(values, stream(0, "bootstrap", "curves"), resamples=500)
+    count = cells.table.height
+    return pl.concat([cells.named] * len(times)).with_columns(
+        time_s=pl.Series(np.repeat(times, count)),
+        mean=series_of(estimate.value),
+        low=series_of(estimate.low),
+        high=series_of(estimate.high),
+    )
+
+
+def beside_the_paper(table: pl.DataFrame) -> pl.DataFrame:
+    """Add the entries of Table II, and whether our means lie within its ± (ours).
+
+    Parameters
+    ----------
+    table
+        With the columns ``scenario``, ``reward``, ``column`` and ``mean``.
+    """
+    paper = pl.DataFrame(
+        [(v.scenario, v.reward, v.column, v.mean, v.spread) for v in TABLE_II],
+        schema=["scenario", "reward", "column", "paper_mean", "paper_spread"],
+        orient="row",
+    )
+    off = (pl.col("mean") - pl.col("paper_mean")).abs()
+    return table.join(
+        paper, on=["scenario", "reward", "column"], how="left", maintain_order="left"
+    ).with_columns(within=off <= pl.col("paper_spread"))
+
+
+def as_cells(results: Results | Cells) -> Cells:
+    """Return a study's cells, arranged already or not (ours)."""
+    return results if isinstance(results, Cells) else cells_of(results)
+
+
+def headline_estimates(cells: Cells, numbers: Sequence[int | None], name: str) -> pl.DataFrame:
+    """Return mean, sd, interval and number of seeds of W/V_c of cells, nulls for None (ours)."""
+    values = cells.columns(HEADLINE, numbers)
+    estimate = mean_interval(values, stream(0, "bootstrap", name))
+    return pl.DataFrame(
+        {
+            "mean": series_of(estimate.value),
+            "sd": series_of(standard_deviation(values)),
+            "low": series_of(estimate.low),
+            "high": series_of(estimate.high),
+            "n": pl.Series(estimate.seeds),
+        }
+    )
+
+
+def percent_columns(name: str, estimate: Estimate) -> dict[str, pl.Series]:
+    """Return an estimate of a relative difference in %, with its interval (ours)."""
+    return {
+        f"{name}_pct": series_of(100 * estimate.value),
+        f"{name}_low_pct": series_of(100 * estimate.low),
+        f"{name}_high_pct": series_of(100 * estimate.high),
+    }
+
+
+def seed_means(values: np.ndarray) -> np.ndarray:
+    """Return means over seeds, runs that are missing left out (ours)."""
+    present = ~np.isnan(values)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.where(present, values, 0.0).sum(axis=0) / present.sum(axis=0))
+
+
+def series_of(values: np.ndarray) -> pl.Series:
+    """Return numbers as a column, nulls for NaN (ours)."""
+    return pl.Series(values).fill_nan(None)
+
+
+def _quoted(text: str) -> str:
+    return "'" + text.replace("'", "''") + "'"

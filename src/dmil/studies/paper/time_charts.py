@@ -1,0 +1,195 @@
+"""Figures over time: arrivals like the paper's Fig. 4 and memory like its Fig. 5.
+
+Every function takes aggregated tables and returns a chart, or None without the runs for it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import polars as pl
+
+from dmil.analysis.panel import ordered
+from dmil.reports.labels import controller_label
+from dmil.reports.marks import RULES, Chart, heading, lines
+from dmil.reports.theme import COLOURS, REWARD_COLOURS
+from dmil.studies.paper.cells import REWARD_ORDER
+from dmil.studies.paper.published import PAPER_COLUMNS, scenario_label
+from dmil.theory import StagingRule, size_bounds
+
+_DASHES = {
+    "longest queue first": [2, 2],
+    "max-pressure": [5, 3],
+    "Complex + communication": [7, 3],
+    "diffusion": [7, 3],
+    "most possible, SARSA": [2, 2],
+    "most possible, dual memory": [2, 2],
+}
+_ARRIVED = "vehicles arrived, Vc (veh)"
+
+
+def arrivals_by_reward(curves: pl.DataFrame, scenario: str) -> Chart | None:
+    """Draw arrivals for each reward, architecture fixed (like the paper's Fig. 4, left)."""
+    for column in ("Complex", "Simple", "No Memory"):
+        chosen = curves.filter(pl.col("column") == column).with_columns(line="reward")
+        if chosen.height:
+            order = ordered(chosen["line"].unique().to_list(), REWARD_ORDER)
+            fixed = "SARSA" if column == "No Memory" else f"dual memory, {column.lower()} classes"
+            return lines(
+                _with_baselines(curves, chosen),
+                [*order, *RULES],
+                {**COLOURS, **REWARD_COLOURS},
+                _DASHES,
+                _ARRIVED,
+                heading(f"Arrivals by reward, {scenario_label(scenario)}", fixed),
+            )
+    return None
+
+
+def arrivals_by_architecture(curves: pl.DataFrame, scenario: str) -> Chart | None:
+    """Draw arrivals for each architecture, reward fixed (like the paper's Fig. 4, right)."""
+    chosen, reward = _paper_lines(curves)
+    if chosen.is_empty():
+        return None
+    return lines(
+        _with_baselines(curves, chosen),
+        [*PAPER_COLUMNS, *RULES],
+        COLOURS,
+        _DASHES,
+        _ARRIVED,
+        heading(f"Arrivals by architecture, {scenario_label(scenario)}", f"{reward} reward"),
+    )
+
+
+def memory_recorded(curves: pl.DataFrame, scenario: str) -> Chart | None:
+    """Draw m_L, for SARSA m_Q, exact SARSA among them (the paper's Fig. 5)."""
+    return _memory(curves, "mL, or mQ, per agent", f"Memory, {scenario_label(scenario)}")
+
+
+def memory_growth(curves: pl.DataFrame, scenario: str) -> Chart | None:
+    """Draw by how much m_L, for SARSA m_Q, has grown since the start (slopes of Fig. 5)."""
+    title = f"Memory growth, {scenario_label(scenario)}"
+    return _memory(curves, "mL, or mQ, added per agent", title)
+
+
+def states_added(curves: pl.DataFrame, scenario: str) -> Chart | None:
+    """Draw the states added since the start in both memories, exact SARSA among them."""
+    title = f"Both memories, {scenario_label(scenario)}"
+    return _memory(curves, "ms + mL, or mQ, added per agent", title)
+
+
+def _memory(curves: pl.DataFrame, axis: str, title: str) -> Chart | None:
+    chosen, reward = memory_lines(curves)
+    if chosen.is_empty():
+        return None
+    return lines(
+        chosen,
+        ["SARSA exact", *PAPER_COLUMNS],
+        COLOURS | {"No Memory": COLOURS["SARSA simple"]},
+        _DASHES,
+        axis,
+        heading(title, f"{reward} reward, mean of agents"),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class MemorySettings:
+    """What the bounds on the growth of memory depend on.
+
+    Parameters
+    ----------
+    actions
+        |A|.
+    staged_ratio
+        κ.
+    stage_period
+        Decisions between stagings, or the rows at which short-term memory stages.
+    rule
+        Which of the two ``stage_period`` is.
+    """
+
+    actions: int
+    staged_ratio: float
+    stage_period: int
+    rule: StagingRule
+
+
+def memory_size(
+    curves: pl.DataFrame, scenario: str, settings: MemorySettings | None
+) -> Chart | None:
+    """Draw the growth of the paper's size of memory with the bounds of the theory."""
+    chosen, reward = memory_lines(curves)
+    chosen = chosen.filter(pl.col("line") != "Complex + communication")
+    if chosen.is_empty():
+        return None
+    if settings is not None:
+        chosen = pl.concat([chosen, _bounds(chosen, settings)])
+    sarsa, dual = "most possible, SARSA", "most possible, dual memory"
+    return lines(
+        chosen,
+        ["SARSA exact", sarsa, "Simple", dual, "Complex", "No Memory"],
+        COLOURS
+        | {"No Memory": COLOURS["SARSA simple"]}
+        | {sarsa: COLOURS["SARSA exact"], dual: COLOURS["Simple"]},
+        _DASHES,
+        "values added per agent",
+        heading(
+            f"Growth of the memory's size, {scenario_label(scenario)}",
+            f"{reward} reward, no communication",
+        ),
+    )
+
+
+def _bounds(chosen: pl.DataFrame, settings: MemorySettings) -> pl.DataFrame:
+    """Worst cases from an empty memory: what a start table holds adds nothing to the growth."""
+    times = np.unique(chosen["time_s"].to_numpy())
+    bounds = size_bounds(
+        settings.actions,
+        settings.staged_ratio,
+        settings.stage_period,
+        len(times),
+        rule=settings.rule,
+    )
+    parts = []
+    for name, curve in (
+        ("most possible, SARSA", bounds.sarsa_worst),
+        ("most possible, dual memory", bounds.dual_worst),
+    ):
+        value = curve.astype(np.float64)
+        parts.append(
+            pl.DataFrame({"time_s": times, "mean": value, "low": value, "high": value}).select(
+                pl.lit(name).alias("line"), "time_s", "mean", "low", "high"
+            )
+        )
+    return pl.concat(parts)
+
+
+def _paper_lines(curves: pl.DataFrame) -> tuple[pl.DataFrame, str]:
+    """Lines of the paper's columns under entropy, or under the first reward there is."""
+    chosen = curves.filter(pl.col("column").is_not_null()).with_columns(line="column")
+    rewards = chosen["reward"].unique().to_list()
+    if not rewards:
+        return chosen, ""
+    reward = "entropy" if "entropy" in rewards else ordered(rewards, REWARD_ORDER)[0]
+    return chosen.filter(pl.col("reward") == reward), reward
+
+
+def memory_lines(curves: pl.DataFrame) -> tuple[pl.DataFrame, str]:
+    """Return the lines of exact SARSA and the paper's columns, and the reward they are for."""
+    chosen, reward = _paper_lines(curves)
+    table = curves.filter("is_exact_sarsa", pl.col("reward") == reward).with_columns(
+        line=pl.lit("SARSA exact")
+    )
+    # Under most presets "No Memory" is exact SARSA: one line is enough.
+    others = chosen.filter(~pl.col("is_exact_sarsa"))
+    keep = ("line", "time_s", "mean", "low", "high")
+    return pl.concat([table.select(keep), others.select(keep)]), reward
+
+
+def _with_baselines(curves: pl.DataFrame, chosen: pl.DataFrame) -> pl.DataFrame:
+    labels = [controller_label(name) for name in curves["controller"].to_list()]
+    baselines = curves.with_columns(line=pl.Series(labels, dtype=pl.String))
+    keep = ("line", "time_s", "mean", "low", "high")
+    rules = baselines.filter(pl.col("line").is_in(RULES))
+    return pl.concat([chosen.select(keep), rules.select(keep)])

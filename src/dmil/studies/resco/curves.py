@@ -1,0 +1,147 @@
+"""Courses over time: how learners learned, and how queues grew while controllers were judged."""
+
+from __future__ import annotations
+
+import numpy as np
+import polars as pl
+
+from dmil.results import Results
+from dmil.seeding import stream
+from dmil.statistics import mean_interval
+from dmil.studies.resco.contenders import CONTENDER, Contender, Judged
+from dmil.studies.resco.published import LAST_EPISODES
+from dmil.studies.resco.scores import interval_columns
+
+BIN_S = 60
+"""Seconds that one point of a queue's course averages."""
+
+_CURVE: dict[str, type[pl.DataType]] = {
+    "scenario": pl.String,
+    "contender": pl.String,
+    "learner": pl.Int64,
+    "trained_in": pl.String,
+    "episode": pl.Int64,
+    "n": pl.Int64,
+    **dict.fromkeys(
+        ("mean", "low", "high", "entries", "last", "last_low", "last_high"), pl.Float64
+    ),
+}
+
+_COURSE: dict[str, type[pl.DataType]] = {
+    "contender": pl.String,
+    **dict.fromkeys(("time_s", "mean", "low", "high"), pl.Float64),
+}
+
+
+def learning_curves(results: Results, runs: Judged, only: str | None = None) -> pl.DataFrame:
+    """Return the average delay of every training episode, over seeds (ours).
+
+    Parameters
+    ----------
+    results, runs
+        The study.
+    only
+        One network; all by default.
+
+    Returns
+    -------
+    Columns ``scenario``, ``contender``, ``learner`` (number of the contender), ``trained_in``,
+    ``episode``, ``n``, ``mean``, ``low``, ``high``, ``entries`` (stored states per agent), and
+    ``last``, ``last_low``, ``last_high``: of the mean over the last ten episodes, the same in all
+    rows of a contender.
+    """
+    rows = results.query("from episodes")
+    frames = []
+    for scenario in runs.scenarios if only is None else [only]:
+        for number, contender in enumerate(runs.contenders):
+            own = rows.filter(pl.col("scenario") == scenario, *_is(contender))
+            if own.height:
+                key = {"scenario": scenario, "contender": runs.names[number], "learner": number}
+                frames.append(_curve(own, key))
+    return pl.concat(frames) if frames else pl.DataFrame(schema=_CURVE)
+
+
+def training(curves: pl.DataFrame) -> pl.DataFrame:
+    """Return the best episode and the mean of the last ten of every training (RESCO's summary).
+
+    The best one is that with the lowest mean over seeds, as in the publication.
+
+    Returns
+    -------
+    Columns ``scenario``, ``contender``, ``trained_in``, ``n`` seeds, ``episodes``;
+    ``best_episode``, ``best`` with its interval; ``last`` with its interval, in s.
+    """
+    return (
+        curves.sort("mean", "episode", nulls_last=True, maintain_order=True)
+        .group_by("scenario", "learner", "contender", "trained_in", maintain_order=True)
+        .agg(
+            pl.col("n").max(),
+            episodes=pl.len(),
+            best_episode=pl.col("episode").first(),
+            best=pl.col("mean").first(),
+            best_low=pl.col("low").first(),
+            best_high=pl.col("high").first(),
+            last=pl.col("last").first(),
+            last_low=pl.col("last_low").first(),
+            last_high=pl.col("last_high").first(),
+        )
+        .sort("scenario", "learner")
+        .drop("learner")
+    )
+
+
+def queue_courses(results: Results, runs: Judged, scenario: str) -> pl.DataFrame:
+    """Return the vehicles that wait over time, where controllers are judged (ours).
+
+    Returns
+    -------
+    Columns ``contender``, ``time_s`` (middle of a minute), ``mean``, ``low``, ``high``.
+    """
+    keys = ", ".join(CONTENDER)
+    name = scenario.replace("'", "''")
+    rows = results.query(
+        f"""
+        select {keys}, seed, time_s // {BIN_S} as minute, avg(queue_veh) as queue_veh from series
+        where scenario = '{name}' and simulator = '{runs.judge}' group by all
+        order by seed, minute
+        """
+    )
+    frames = []
+    for contender, label in zip(runs.contenders, runs.names, strict=True):
+        own = rows.filter(_is(contender))
+        if own.height:
+            wide = own.pivot(on="minute", index="seed", values="queue_veh").drop("seed")
+            minutes = np.array([int(column) for column in wide.columns])
+            found = mean_interval(
+                wide.select(pl.all().cast(pl.Float64).fill_null(np.nan)).to_numpy(),
+                stream(0, "bootstrap", "queues"),
+                resamples=500,
+            )
+            frame = pl.DataFrame({"contender": label, "time_s": (minutes + 0.5) * BIN_S})
+            frames.append(frame.with_columns(**interval_columns(found)).sort("time_s"))
+    return pl.concat(frames) if frames else pl.DataFrame(schema=_COURSE)
+
+
+def _is(contender: Contender) -> list[pl.Expr]:
+    return [pl.col(name).eq_missing(getattr(contender, name)) for name in CONTENDER]
+
+
+def _curve(own: pl.DataFrame, key: dict[str, object]) -> pl.DataFrame:
+    """Return one learner's curve on one network."""
+    wide = own.sort("episode", "seed").pivot(on="episode", index="seed", values="delay_s")
+    episodes = [int(column) for column in wide.columns[1:]]
+    values = wide.drop("seed").select(pl.all().cast(pl.Float64).fill_null(np.nan)).to_numpy()
+    found = mean_interval(values, stream(0, "bootstrap", "training"), resamples=500)
+    last = mean_interval(
+        values[:, -LAST_EPISODES:].mean(axis=1, keepdims=True),
+        stream(0, "bootstrap", "training", "last"),
+    )
+    entries = own.group_by("episode").agg(pl.col("entries_per_agent").mean()).sort("episode")
+    frame = pl.DataFrame({"episode": episodes, "n": found.seeds}).with_columns(
+        **interval_columns(found), entries=entries["entries_per_agent"]
+    )
+    ends = {name: column[0] for name, column in interval_columns(last, "last", "last_").items()}
+    constant = key | ends | {"trained_in": own["trained_in"].first()}
+    return frame.with_columns(
+        **{name: pl.lit(value, _CURVE[name]) for name, value in constant.items()}
+    ).select(pl.col(name).cast(dtype) for name, dtype in _CURVE.items())

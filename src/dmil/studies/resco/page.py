@@ -1,0 +1,225 @@
+"""The report of the study on the RESCO benchmark: its tables, the main page, one per network."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import polars as pl
+
+from dmil.doctor import examine, read_case
+from dmil.errors import DmilError, unknown_name
+from dmil.reports.configuration import configuration_rows
+from dmil.reports.export import script_bundle
+from dmil.reports.figure import Figure, figure, slug
+from dmil.reports.files import csv
+from dmil.reports.html import environment, shared_values
+from dmil.reports.labels import contender_label, counted, network_label, simulator_label
+from dmil.reports.network_chart import network_chart
+from dmil.results import Results
+from dmil.studies.resco.contenders import JUDGES
+from dmil.studies.resco.figures import GOAL, figures_of_network, figures_of_study
+from dmil.studies.resco.files import agreement_latex, delay_latex
+from dmil.studies.resco.published import METHODS, METRIC, SOURCE, Published, published_by
+from dmil.studies.resco.tables import RescoTables, published_table, resco_tables
+
+PRESET = "resco"
+PAGES = "scenarios"
+"""Folder of the networks' pages."""
+LIBRARY = f"{PAGES}/charts.js"
+"""Script that draws figures; the networks' pages share it."""
+FEW_SEEDS = 8
+
+#: Columns of a network's table: metric, head, factor, digits.
+METRIC_COLUMNS: tuple[tuple[str, str, float, int], ...] = (
+    ("delay_s", "delay, s", 1.0, 1),
+    ("travel_time_s", "travel time, s", 1.0, 1),
+    ("wait_per_spawned_s", "waiting, s", 1.0, 1),
+    ("stops_per_spawned", "stops per vehicle", 1.0, 2),
+    ("mean_queue_veh", "mean queue, veh", 1.0, 1),
+    ("throughput_veh_per_h", "arrived, veh/h", 1.0, 0),
+    ("co2_g", "CO2, kg", 1e-3, 0),
+    ("fuel_g", "fuel, kg", 1e-3, 0),
+    ("overruled", "requests overruled", 1.0, 0),
+)
+
+
+class RescoReport:
+    """What the report of the study on the RESCO benchmark is made of.
+
+    Parameters
+    ----------
+    results
+        The study.
+    tables
+        Its tables, if they are there already.
+    preset
+        None, or its only one.
+
+    Raises
+    ------
+    InputError
+        No run succeeded.
+    UnknownNameError
+        The preset is another.
+    """
+
+    def __init__(
+        self, results: Results, tables: RescoTables | None = None, preset: str | None = None
+    ) -> None:
+        if preset not in (None, PRESET):
+            raise unknown_name("preset in this study", str(preset), [PRESET])
+        self._results = results
+        self._tables = tables or resco_tables(results)
+        self._scenarios = self._tables.judged.scenarios
+        self._facts: dict[str, dict[str, str]] = {}
+
+    def tables(self) -> dict[str, str | bytes]:
+        """Return the tables' files by name."""
+        made = self._tables
+        return {
+            "tables/delay.csv": csv(made.headline),
+            "tables/delay.tex": delay_latex(made.headline, made.judged.judge),
+            "tables/metrics.csv": csv(made.scores),
+            "tables/overall.csv": csv(made.overall),
+            "tables/training.csv": csv(made.training),
+            "tables/agreement.csv": csv(made.agreement),
+            "tables/agreement.tex": agreement_latex(made.agreement),
+            "tables/published.csv": csv(published_table()),
+        }
+
+    def figures(self) -> Iterator[Figure]:
+        """Yield the figures as they are made."""
+        yield from figures_of_study(self._tables)
+        for scenario in self._scenarios:
+            yield from self._network(scenario)
+            yield from figures_of_network(self._results, self._tables, scenario)
+
+    def pages(self, figures: list[Figure]) -> dict[str, str]:
+        """Return the pages by name."""
+        templates = environment(__package__)
+        templates.filters |= {
+            "contender": contender_label,
+            "network": network_label,
+            "simulator": simulator_label,
+            "page": page_of,
+            "percent": lambda value: None if value is None else 100 * value,
+        }
+        own = [figure for figure in figures if not figure.scenario]
+        main = templates.get_template("page.html.j2")
+        pages = {"report.html": main.render(self._shared(own), **self._main())}
+        of_network = templates.get_template("network.html.j2")
+        for scenario in self._scenarios:
+            own = [figure for figure in figures if figure.scenario == scenario]
+            values = self._shared(own) | self._of_network(scenario)
+            pages[page_of(scenario)] = of_network.render(values)
+        return pages | {LIBRARY: script_bundle()}
+
+    def _network(self, scenario: str) -> Iterator[Figure]:
+        """Yield the network's picture, and keep its facts, where its files are installed."""
+        try:
+            diagnosis = examine(read_case((scenario,)))
+        except DmilError:
+            return
+        facts, traffic = diagnosis.network, diagnosis.traffic
+        self._facts[scenario] = {
+            "signals": f"{facts.intersections}, of {counted(facts.shapes, 'shape')}",
+            "other junctions": f"{facts.junctions}",
+            "roads": f"{facts.links} links, {facts.road_km:.1f} km, "
+            f"{facts.slowest_km_per_h:.0f} to {facts.fastest_km_per_h:.0f} km/h",
+        }
+        if traffic is not None:
+            degrees = sorted((load.degree for load in traffic.load), reverse=True)
+            self._facts[scenario] |= {
+                "route": f"{traffic.length_m:.0f} m, {traffic.free_flow_s:.0f} s without delay, "
+                f"{traffic.signals_passed:.1f} signals on average",
+                "busiest signal": f"{100 * degrees[0]:.0f} % of its capacity in its busiest "
+                "15 minutes, at the best division of green",
+            }
+        name = f"{slug(scenario.rpartition('/')[2])}_network"
+        caption = "Roads by lanes and speed; signals of one colour and letter share a shape."
+        yield figure(name, "network", scenario, caption, network_chart(diagnosis))
+
+    def _shared(self, figures: list[Figure]) -> dict[str, Any]:
+        runs = self._tables.judged
+        return shared_values(self._results, figures) | {
+            "judge": runs.judge,
+            "in_sumo": runs.judge in JUDGES,
+            "trained_in": runs.trained_in,
+            "simulators": runs.simulators,
+            "seeds": runs.seeds,
+            "few_seeds": FEW_SEEDS,
+            "scenarios": runs.scenarios,
+            "contenders": runs.names,
+            "published": {name: published_by(name) for name in runs.scenarios},
+            "source": SOURCE,
+        }
+
+    def _main(self) -> dict[str, Any]:
+        made = self._tables
+        configuration = self._results.manifest.get("configuration", {})
+        size = made.scores.filter(
+            (pl.col("simulator") == made.judged.judge) & pl.col("reward").is_not_null()
+        )
+        return {
+            "resample": configuration.get("resample", False),
+            "delays": _by(made.headline, "contender", "scenario"),
+            "training": _by(made.training, "contender", "scenario"),
+            "overall": made.overall.filter(pl.col("simulator") == made.judged.judge).rows(
+                named=True
+            ),
+            "agreement": _by(made.agreement, "metric", "scenario", "simulator"),
+            "goal": GOAL,
+            "bytes": _by(size.filter(pl.col("metric") == "bytes_total"), "contender", "scenario"),
+            "entries": _by(
+                size.filter(pl.col("metric") == "entries_per_agent"), "contender", "scenario"
+            ),
+            "published_learners": _published_learners(made.judged.scenarios),
+            "configuration": configuration_rows(configuration),
+        }
+
+    def _of_network(self, scenario: str) -> dict[str, Any]:
+        made = self._tables
+        here = made.scores.filter(pl.col("scenario") == scenario)
+        vehicles = made.judged.of("spawned_veh", made.judged.judge)
+        row = vehicles[made.judged.scenarios.index(scenario)]
+        known = row[row == row]
+        spread = {f"{value:,.0f}" for value in (known.min(), known.max())} if known.size else set()
+        facts = self._facts.get(scenario, {}) | {"vehicles": " to ".join(sorted(spread)) or "–"}
+        present = set(here.filter(pl.col("simulator") == made.judged.judge)["metric"])
+        return {
+            "scenario": scenario,
+            "facts": facts,
+            "columns": [column for column in METRIC_COLUMNS if column[0] in present],
+            "metrics": _by(here, "contender", "simulator", "metric"),
+            "metric": METRIC,
+            "training": _by(
+                made.training.filter(pl.col("scenario") == scenario), "contender", "trained_in"
+            ),
+        }
+
+
+def page_of(scenario: str) -> str:
+    """Return the file of a network's page, seen from the main one (ours)."""
+    return f"{PAGES}/{slug(scenario.rpartition('/')[2])}.html"
+
+
+def _published_learners(
+    scenarios: tuple[str, ...],
+) -> list[tuple[str, list[Published | None]]]:
+    """Return the published learners with their numbers for every network."""
+    rows = []
+    for method in METHODS:
+        values = [published_by(scenario).get(method) for scenario in scenarios]
+        if any(value is not None and value.last_s is not None for value in values):
+            rows.append((method, values))
+    return rows
+
+
+def _by(table: pl.DataFrame, *keys: str) -> dict[tuple[Any, ...], dict[str, Any]]:
+    """Return the rows of a table by the values of some columns."""
+    return {tuple(row[key] for key in keys): row for row in table.iter_rows(named=True)}
+
+
+REPORT = RescoReport
+"""What makes the report of such a study."""

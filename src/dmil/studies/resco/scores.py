@@ -1,0 +1,133 @@
+"""Every metric of every controller, network and simulator, with intervals over seeds."""
+
+from __future__ import annotations
+
+import numpy as np
+import polars as pl
+
+from dmil.seeding import stream
+from dmil.statistics import (
+    Estimate,
+    interquartile_mean,
+    mean_interval,
+    paired_difference,
+    standard_deviation,
+    wins,
+)
+from dmil.studies.resco.contenders import REFERENCE, Judged, Values
+
+#: Metrics in the tables, and whether less is better (None: neither is).
+BETTER_LOW: dict[str, bool | None] = {
+    "delay_s": True,
+    "travel_time_s": True,
+    "wait_per_spawned_s": True,
+    "stops_per_spawned": True,
+    "mean_queue_veh": True,
+    "throughput_veh_per_h": False,
+    "co2_g": True,
+    "fuel_g": True,
+    "overruled": None,
+    "entries_per_agent": None,
+    "bytes_total": None,
+}
+FEWEST_FOR_IQM = 8
+"""Seeds from which on the interquartile mean of one network says more than the mean."""
+
+
+def scores(runs: Judged) -> pl.DataFrame:
+    """Return every metric of every contender, network and simulator (ours).
+
+    Returns
+    -------
+    Columns ``scenario``, ``simulator``, those of a contender, ``metric``; ``n`` seeds, ``mean``,
+    ``sd``, ``low`` and ``high`` (95 %), ``iqm`` (interquartile mean, from 8 seeds on); the paired
+    ``difference`` to max-pressure with its interval; ``share_better``, the share of seeds in which
+    it is better than max-pressure, equal ones half; ``among_best``: whether the paired interval of
+    its difference to the best mean does not show it to be worse (null with one seed).
+    """
+    return pl.concat(_of_metric(runs, metric) for metric in BETTER_LOW).filter(pl.col("n") > 0)
+
+
+def interval_columns(
+    found: Estimate, value: str = "mean", before: str = ""
+) -> dict[str, pl.Series]:
+    """Return an estimate as the columns of a table; what is missing is null (ours)."""
+    return {
+        value: pl.Series(found.value).fill_nan(None),
+        f"{before}low": pl.Series(found.low).fill_nan(None),
+        f"{before}high": pl.Series(found.high).fill_nan(None),
+    }
+
+
+def _of_metric(runs: Judged, metric: str) -> pl.DataFrame:
+    values = runs.measures[metric]
+    shape = values.shape[:3]
+    columns = values.reshape(-1, values.shape[3]).T
+    found = mean_interval(columns, stream(0, "bootstrap", "resco", metric))
+    frame = _places(runs).with_columns(
+        metric=pl.lit(metric),
+        n=pl.Series(found.seeds),
+        **interval_columns(found),
+        sd=pl.Series(standard_deviation(columns)).fill_nan(None),
+        iqm=_quartile_means(columns),
+    )
+    reference = runs.number(REFERENCE)
+    numbers = np.full(shape[:2], -1 if reference is None else reference)
+    difference = _against(values, numbers, metric)
+    frame = frame.with_columns(**interval_columns(difference, "difference", "difference_"))
+    low = BETTER_LOW[metric]
+    if low is None or reference is None:
+        frame = frame.with_columns(share_better=pl.lit(None, pl.Float64))
+    else:
+        sign = 1.0 if low else -1.0
+        won = wins(sign * values, sign * values[:, :, [reference]])
+        won[:, :, reference] = np.nan
+        frame = frame.with_columns(share_better=_mean(won))
+    if low is None:
+        return frame.with_columns(among_best=pl.lit(None, pl.Boolean))
+    means = found.value.reshape(shape) * (1.0 if low else -1.0)
+    best = np.argmin(np.where(np.isnan(means), np.inf, means), axis=2)
+    gap = _against(values, best, metric)
+    worst_end = gap.low if low else -gap.high
+    # Where nothing varies the interval has no width; a rounding error is no difference.
+    unshown = pl.Series(worst_end).fill_nan(None) <= 1e-9
+    return frame.with_columns(among_best=unshown)
+
+
+def _against(values: Values, numbers: np.ndarray, metric: str) -> Estimate:
+    """Return the paired difference of every contender to one of each network; -1 is none."""
+    missing = np.full((*values.shape[:2], 1, values.shape[3]), np.nan)
+    chosen = np.take_along_axis(
+        np.concatenate([values, missing], axis=2), numbers[:, :, None, None], axis=2
+    )
+    seeds = values.shape[3]
+    return paired_difference(
+        values.reshape(-1, seeds).T,
+        np.broadcast_to(chosen, values.shape).reshape(-1, seeds).T,
+        stream(0, "bootstrap", "resco", metric, "difference"),
+    )
+
+
+def _places(runs: Judged) -> pl.DataFrame:
+    places = pl.DataFrame(
+        [(name, simulator) for simulator in runs.simulators for name in runs.scenarios],
+        schema=["scenario", "simulator"],
+        orient="row",
+    )
+    return places.join(runs.keys, how="cross", maintain_order="left_right")
+
+
+def _quartile_means(columns: Values) -> pl.Series:
+    found: list[float | None] = []
+    for column in columns.T:
+        present = column[~np.isnan(column)]
+        enough = len(present) >= FEWEST_FOR_IQM
+        found.append(float(interquartile_mean(present)) if enough else None)
+    return pl.Series(found, dtype=pl.Float64)
+
+
+def _mean(values: Values) -> pl.Series:
+    present = ~np.isnan(values)
+    with np.errstate(invalid="ignore"):
+        mean = np.where(present, values, 0.0).sum(axis=-1) / present.sum(axis=-1)
+    return pl.Series(mean.ravel()).fill_nan(None)

@@ -1,0 +1,145 @@
+"""Tables of the study on the RESCO benchmark: scores, overall standing, training, published."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import polars as pl
+
+from dmil.results import Results
+from dmil.seeding import stream
+from dmil.statistics import Estimate, mean_interval, probability_of_improvement
+from dmil.studies.resco.agreement import agreement
+from dmil.studies.resco.contenders import REFERENCE, Judged, Values, judged
+from dmil.studies.resco.curves import learning_curves, training
+from dmil.studies.resco.published import (
+    METHODS,
+    METRIC,
+    PUBLISHED,
+    counterpart_of,
+    published_by,
+)
+from dmil.studies.resco.scores import scores
+
+
+@dataclass(frozen=True, slots=True)
+class RescoTables:
+    """What is known about a study on the benchmark.
+
+    Attributes
+    ----------
+    judged: Judged
+        Its runs, arranged.
+    scores, overall, training, agreement, headline: polars.DataFrame
+        See the functions of these names.
+    """
+
+    judged: Judged
+    scores: pl.DataFrame
+    overall: pl.DataFrame
+    training: pl.DataFrame
+    agreement: pl.DataFrame
+    headline: pl.DataFrame
+
+
+def resco_tables(results: Results) -> RescoTables:
+    """Compute all tables of a study on the RESCO benchmark (ours).
+
+    Raises
+    ------
+    InputError
+        No run succeeded.
+    """
+    runs = judged(results)
+    table = scores(runs)
+    return RescoTables(
+        runs,
+        table,
+        overall(runs),
+        training(learning_curves(results, runs)),
+        agreement(runs),
+        headline(table, runs.judge),
+    )
+
+
+def headline(table: pl.DataFrame, judge: str) -> pl.DataFrame:
+    """Return the average delay where controllers are judged, with what was published (ours).
+
+    Returns
+    -------
+    Rows of `scores` with ``published_method`` and ``published_s`` of the counterpart.
+    """
+    chosen = table.filter((pl.col("metric") == METRIC) & (pl.col("simulator") == judge))
+    methods = [counterpart_of(name) for name in chosen["controller"]]
+    values = [
+        published_by(scenario)[method].best_s if method in published_by(scenario) else None
+        for scenario, method in zip(chosen["scenario"], methods, strict=True)
+    ]
+    return chosen.with_columns(
+        published_method=pl.Series(methods, dtype=pl.String),
+        published_s=pl.Series(values, dtype=pl.Float64),
+    )
+
+
+def published_table() -> pl.DataFrame:
+    """Return the published numbers, one row each (Ault and Sharon, 2021)."""
+    rows = [(v.scenario, v.method, v.best_s, v.last_s) for v in PUBLISHED]
+    return pl.DataFrame(
+        rows, schema=["scenario", "method", "delay_s", "last_10_delay_s"], orient="row"
+    )
+
+
+def best_published_learner(scenario: str) -> tuple[str, float] | None:
+    """Return method and delay of the best published learner of a scenario (ours)."""
+    known = published_by(scenario)
+    learners = [(name, known[name].best_s) for name in METHODS if name in known]
+    learners = [each for each in learners if known[each[0]].last_s is not None]
+    return min(learners, key=lambda each: each[1], default=None)
+
+
+def overall(runs: Judged) -> pl.DataFrame:
+    """Return how every contender stands against max-pressure over all networks (ours).
+
+    Returns
+    -------
+    Per simulator and contender: ``scenarios``, ``n`` runs; ``ratio``, the interquartile mean over
+    networks and seeds of its delay over that of max-pressure on the same vehicles, with its
+    stratified bootstrap interval; ``share_better`` with interval, the share of runs in which its
+    delay is less.
+    """
+    reference = runs.number(REFERENCE)
+    rows = []
+    for simulator in runs.simulators:
+        tasks = [task.T for task in runs.of(METRIC, simulator)]
+        bases = [_column(task, reference) for task in tasks]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratios = [
+                np.where(base > 0, task / base, np.nan)
+                for task, base in zip(tasks, bases, strict=True)
+            ]
+        rng = stream(0, "bootstrap", "overall", simulator)
+        ratio = mean_interval(ratios, rng, summary="interquartile mean")
+        better = probability_of_improvement(tasks, bases, rng)
+        scenarios = np.sum([(~np.isnan(task)).any(axis=0) for task in ratios], axis=0)
+        for number in np.flatnonzero(ratio.seeds).tolist():
+            itself = number == reference
+            counts = int(scenarios[number]), int(ratio.seeds[number])
+            rows.append(
+                (simulator, runs.names[number], *counts, *_ends(ratio, number))
+                + ((None,) * 3 if itself else _ends(better, number))
+            )
+    schema = {"simulator": pl.String, "contender": pl.String, "scenarios": pl.Int64, "n": pl.Int64}
+    numbers = ("ratio", "low", "high", "share_better", "share_low", "share_high")
+    schema_of_all = schema | dict.fromkeys(numbers, pl.Float64)
+    table = pl.DataFrame(rows, schema=schema_of_all, orient="row")
+    return table.with_columns(pl.col(numbers).fill_nan(None))
+
+
+def _column(task: Values, number: int | None) -> Values:
+    """Return the (seeds, 1) of one contender, NaN without one."""
+    return np.full_like(task[:, :1], np.nan) if number is None else task[:, [number]]
+
+
+def _ends(found: Estimate, number: int) -> tuple[float, float, float]:
+    return found.value[number], found.low[number], found.high[number]

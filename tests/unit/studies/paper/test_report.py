@@ -1,0 +1,348 @@
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import altair as alt
+import pytest
+
+from dmil.errors import InputError, OutputError, UnknownNameError
+from dmil.interpretations import INTERPRETATIONS
+from dmil.reports import save_figure
+from dmil.reports.configuration import configuration_rows, find_value
+from dmil.reports.drawing import DrawingProcesses, draw, draw_named
+from dmil.reports.export import embedded, picture
+from dmil.results import Results
+from dmil.studies.paper.assumptions import assumptions, changed
+from dmil.studies.paper.claims import claims
+from dmil.studies.paper.figures import gallery
+from dmil.studies.paper.settings import PaperStudySettings
+from dmil.studies.paper.tables import paper_tables
+from dmil.studies.report import write_report
+
+LIMIT_BYTES = 3_000_000
+
+
+@pytest.fixture(scope="module")
+def complete(make_study):
+    return make_study(presets=("literal", "decaying", "matched"), seeds=5)
+
+
+@pytest.fixture(scope="module")
+def report(complete):
+    return write_report(complete)
+
+
+@pytest.fixture(scope="module")
+def figures(complete):
+    return figures_of(complete, "matched")
+
+
+def figures_of(folder, preset):
+    with Results(folder) as results:
+        return list(gallery(results, paper_tables(results), preset))
+
+
+class _Page(HTMLParser):
+    """Collects ids, addresses and text, and checks that elements are closed in order."""
+
+    VOID = frozenset({"meta", "br", "link", "img", "hr", "input"})
+
+    def __init__(self, page):
+        super().__init__()
+        self.ids, self.addresses, self.text, self.open = [], [], [], []
+        self.feed(page)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attributes):
+        if tag not in self.VOID:
+            self.open.append(tag)
+        for name, value in attributes:
+            if name == "id":
+                self.ids.append(value)
+            if name in ("href", "src"):
+                self.addresses.append(value)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] not in ("script", "style"):
+            self.text.append(data)
+
+
+@pytest.fixture(scope="module")
+def page(report):
+    return _Page(report.read_text())
+
+
+def test_the_page_is_well_formed_and_needs_nothing_from_outside(report, page):
+    assert len(page.ids) == len(set(page.ids))
+    for address in page.addresses:
+        assert address.startswith("#") or (report.parent / address).is_file(), address
+    inside = {address[1:] for address in page.addresses if address.startswith("#")}
+    assert inside <= set(page.ids)
+    assert report.stat().st_size < LIMIT_BYTES
+
+
+def test_every_figure_has_its_place_and_its_data(report, page):
+    places = [name for name in page.ids if name.startswith("figure-")]
+    assert len(places) == 24
+    text = report.read_text()
+    for place in places:
+        name = place.removeprefix("figure-")
+        found = re.search(rf'^(?:const specifications = {{ )?"{name}": (.*),$', text, re.MULTILINE)
+        spec = json.loads(found[1].replace("<\\/", "</"))
+        assert spec["$schema"].startswith("https://vega.github.io/schema/vega-lite")
+        assert "url" not in json.dumps(spec.get("data", {}))
+
+
+def test_the_headline_comes_from_the_verdicts(complete, page):
+    with Results(complete) as results:
+        table = claims(results)
+    matched = table.filter((table["preset"] == "matched") & (table["source"] != "ours"))
+    text = " ".join("".join(page.text).split())
+    counted = dict(matched.group_by("outcome").len().rows())
+    assert f"Of {matched.height} claims of the paper, in this run under matched: " in text
+    # The headline counts what is listed below it.
+    for outcome, says, title in (
+        ("holds", "hold", "Holds"),
+        ("does not hold", "do not hold", "Does not hold"),
+        (
+            "depends",
+            "depend on the reward",
+            "Depends on the reward, or on how it is read or counted",
+        ),
+        ("not shown", "are not shown", "Not shown"),
+    ):
+        assert f"{counted[outcome]} {says}" in text
+        assert f"{title} ({counted[outcome]})" in text
+    assert sum(counted.values()) == matched.height
+    assert (
+        "Longest queue first and max-pressure, which learn nothing and never explore, beat" in text
+    )
+    assert "dmil study --seeds 8" in text
+
+
+def test_pictures_and_tables_are_files(report):
+    names = {path.stem for path in (report.parent / "figures").iterdir()}
+    assert {"paper_against_ours", "sensitivity", "memory_size_grid-5x5"} <= names
+    for name in names:
+        for ending, magic in ((".png", b"\x89PNG"), (".pdf", b"%PDF"), (".svg", b"<svg")):
+            data = (report.parent / "figures" / (name + ending)).read_bytes()
+            assert data.startswith(magic) and len(data) > 2_000
+    tables = {path.name for path in (report.parent / "tables").iterdir()}
+    assert {"summary.csv", "claims.csv", "claims_evidence.csv", "paper_table_literal.tex"} <= tables
+    latex = (report.parent / "tables/paper_table_matched.tex").read_text()
+    assert latex.count(r"\\") == 1 + 9 and "[0.05]" in latex
+    for line in latex.splitlines():
+        if line.endswith(r"\\"):
+            assert line.count("&") == 7
+
+
+def test_the_same_results_give_the_same_files(complete, report):
+    again = {p: p.read_bytes() for p in report.parent.rglob("*") if p.suffix in (".svg", ".csv")}
+    before = report.read_bytes()
+    write_report(complete)
+    assert report.read_bytes() == before
+    assert all(path.read_bytes() == data for path, data in again.items())
+
+
+def test_no_temporary_file_is_left(report):
+    assert [p for p in report.parent.rglob("*") if p.name.startswith(".")] == []
+
+
+def test_every_specification_is_valid_vega_lite(figures):
+    assert len(figures) == 24
+    for figure in figures:
+        alt.Chart.from_dict(figure.spec)
+        assert figure.caption.endswith(".")
+
+
+def test_figures_carry_no_raw_runs(figures):
+    for figure in figures:
+        assert len(embedded(figure.spec)) < 60_000
+        assert '"seed"' not in embedded(figure.spec)
+
+
+def test_captions_say_how_large_the_memories_are(figures):
+    (figure,) = (f for f in figures if f.name == "states_added_grid-3x3")
+    assert "SARSA exact 40 to 67; No Memory 40 to 55; Simple 20 to 28;" in figure.caption
+
+
+def test_bounds_of_the_theory_lie_above_what_was_stored(figures):
+    (figure,) = (f for f in figures if f.name == "memory_size_grid-3x3")
+    (rows,) = figure.spec["datasets"].values()
+    last = {row["line"]: row["mean"] for row in rows if row["time_s"] == 300}
+    # At most one row of 8 values in each of 31 decisions; the made-up run has .9 of one in 30.
+    assert last["most possible, SARSA"] == 8 * 31
+    assert last["SARSA exact"] == pytest.approx(8 * 27)
+    assert last["most possible, dual memory"] > last["Simple"]
+
+
+PARTIAL = {
+    "one preset, one grid, two seeds": {"scenarios": ("grid:5x5",), "seeds": 2},
+    "one seed": {"scenarios": ("grid:3x3",), "seeds": 1},
+    "another grid": {"scenarios": ("grid:2x4",), "seeds": 3},
+    "one intersection": {"scenarios": ("grid:1x1",), "seeds": 3},
+    "another network": {"scenarios": ("cityflow:town-1",), "seeds": 3},
+    "an unknown preset": {"presets": ("mine",), "scenarios": ("grid:3x3",), "seeds": 2},
+    "two presets without matched": {"presets": ("literal", "decaying"), "seeds": 2},
+}
+
+
+@pytest.mark.parametrize("name", PARTIAL)
+def test_partial_studies_have_a_report(make_study, name):
+    path = write_report(make_study(**PARTIAL[name]), pictures=False)
+    page = _Page(path.read_text())
+    assert "Claims and verdicts" in page.text
+    assert not (path.parent / "figures").exists()
+
+
+MISSING = {
+    "baselines only": lambda cell: cell["reward"] is None,
+    "learners only": lambda cell: cell["reward"] is not None,
+    "one agent": lambda cell: cell["controller"] == "dual-memory" and cell["reward"] == "default",
+    "one baseline": lambda cell: cell["controller"] == "random",
+    "no sarsa": lambda cell: cell["controller"] != "sarsa",
+}
+
+
+@pytest.mark.parametrize("name", MISSING)
+def test_missing_controllers_are_no_obstacle(make_study, name):
+    cells = [cell for cell in make_study.cells() if MISSING[name](cell)]
+    folder = make_study(cells=cells, scenarios=("grid:3x3",), seeds=2)
+    assert write_report(folder, pictures=False).is_file()
+    for figure in figures_of(folder, "matched"):
+        assert draw(figure.spec)["svg"].startswith(b"<svg")
+
+
+def test_one_seed_is_said_and_nothing_is_claimed(make_study):
+    path = write_report(make_study(scenarios=("grid:3x3",), seeds=1), pictures=False)
+    text = " ".join("".join(_Page(path.read_text()).text).split())
+    assert "One seed: no interval and no verdict can be given." in text
+    assert "No claim of the paper can be judged" in text
+
+
+def test_another_setting_than_the_papers_is_said(make_study):
+    folder = make_study(scenarios=("grid:1x1",), seeds=2)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    assert "do not compare" not in write_report(folder, pictures=False).read_text()
+    manifest["configuration"]["load"] = 3.0
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    assert "so the two do not compare" in write_report(folder, pictures=False).read_text()
+
+
+def test_text_from_a_study_is_no_markup(make_study):
+    folder = make_study(scenarios=("grid:1x1",), seeds=2)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    manifest["command"] = "dmil study '<script>alert(1)</script>'"
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    assert "<script>alert(1)" not in write_report(folder, pictures=False).read_text()
+
+
+def test_a_folder_without_results_gets_no_report(tmp_path):
+    with pytest.raises(OutputError):
+        write_report(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_unknown_preset_is_refused_before_anything_is_written(make_study):
+    folder = make_study(scenarios=("grid:1x1",), seeds=2)
+    with pytest.raises(UnknownNameError, match="Did you mean 'matched'"):
+        write_report(folder, preset="match")
+    assert not (folder / "tables").exists()
+
+
+@pytest.mark.parametrize("format", ["svg", "png", "pdf", "html"])
+def test_one_figure_in_every_format(figures, tmp_path, format):
+    data = save_figure(figures[0].spec, tmp_path / f"figure.{format}").read_bytes()
+    # A PDF numbers its objects in no fixed order.
+    assert len(data) == len(picture(figures[0].spec, format))
+    if format == "html":
+        assert b"https://cdn" not in data
+
+
+def test_an_unknown_format_is_refused(tmp_path):
+    with pytest.raises(OutputError, match=r"cannot write a figure as '\.gif'"):
+        save_figure({}, tmp_path / "figure.gif")
+    assert issubclass(OutputError, InputError) and list(tmp_path.iterdir()) == []
+
+
+def test_assumptions_show_the_values_of_the_scenario():
+    def told(configuration):
+        return {each.meaning: each.value for each in assumptions(configuration)}
+
+    usual = told({"grid": {"link_time_s": None}} | PaperStudySettings().model_dump(mode="json"))
+    assert usual["time on a link between intersections"] == "5 s"
+    assert not any("In this run" in value for value in usual.values())
+    found = told({"grid": {"link_time_s": 3.0}, "demand": {"rate_veh_per_min": {"E": 2.5}}})
+    assert found["time on a link between intersections"] == (
+        "5 s. In this run: grid.link_time_s 3.0"
+    )
+    assert found["arrival rates λ_D"].endswith("In this run: demand.rate_veh_per_min.E 2.5")
+
+
+def test_assumptions_show_the_values_that_differ():
+    found = assumptions({"sarsa": {"learning_rate": 0.2}, "dual_memory": {"learning_rate": 0.1}})
+    values = {item.meaning: item.value for item in found}
+    assert values["learning rate"] == "0.1. In this run: sarsa.learning_rate 0.2"
+    kinds = [item.kind for item in found]
+    assert kinds == sorted(kinds, key=("fitted", "assumed", "corrected", "ours").index)
+    presets = {"literal": {"epsilon_decay": 1.0}, "matched": {"epsilon_decay": 0.5}}
+    values = {item.meaning: item.value for item in assumptions({"presets": presets})}
+    assert values["ε during the test"].endswith("In this run: presets.matched.epsilon_decay 0.5")
+
+
+def test_what_the_paper_states_is_not_listed_as_assumed():
+    found = {item.meaning for item in assumptions({})}
+    assert "normalisation of Table II" not in found and "κ" not in found
+    # And the whole list of the table is there.
+    assert found == {each.what for each in INTERPRETATIONS if each.mark != "P"}
+
+
+def test_a_study_in_the_papers_own_setting_has_changed_nothing():
+    assert changed(PaperStudySettings(seeds=3, grids=("2x2",)).model_dump(mode="json")) == {}
+    settings = PaperStudySettings(horizon_s=600, ties="coin", sarsa={"learning_rate": 0.2})
+    assert changed(settings.model_dump(mode="json")) == {
+        "horizon_s": "600",
+        "ties": "coin",
+        "sarsa.learning_rate": "0.2",
+    }
+
+
+def test_the_whole_configuration_is_listed():
+    rows = configuration_rows({"a": {"b": [1, 2], "c": None}, "seeds": list(range(30))})
+    assert rows == [("a.b", "1, 2"), ("a.c", "–"), ("seeds", "0 … 29 (30 values)")]
+    assert find_value({"a": {"b": 3}}, "b", 5) == 3 and find_value({}, "b", 5) == 5
+
+
+def test_the_templates_are_part_of_the_package():
+    package = Path(write_report.__code__.co_filename).parent
+    for name in ("layout", "paper", "resco", "resco_marks", "resco_network"):
+        assert (package / "templates" / f"{name}.html.j2").is_file()
+
+
+def test_drawing_processes_draw_what_one_process_draws(figures, tmp_path):
+    chosen = figures[:3]
+    with DrawingProcesses() as drawing:
+        for figure in chosen:
+            drawing.draw(figure.name, figure.spec)
+        pictures = drawing.pictures()
+    for figure in chosen:
+        (tmp_path / f"{figure.name}.json").write_text(json.dumps(figure.spec))
+    draw_named(tmp_path, [f"{figure.name}\n" for figure in chosen])
+    assert len(pictures) == 9
+    for figure in chosen:
+        for format in ("svg", "png"):
+            name = f"{figure.name}.{format}"
+            assert pictures[name] == (tmp_path / name).read_bytes()
+
+
+def test_a_figure_that_cannot_be_drawn_is_one_clear_error():
+    with (
+        pytest.raises(OutputError, match="a figure could not be drawn"),
+        DrawingProcesses() as drawing,
+    ):
+        drawing.draw("nothing", {"mark": "no such mark"})
+        drawing.pictures()

@@ -1,0 +1,232 @@
+"""The report of the study on the RESCO benchmark."""
+
+import json
+import re
+
+import altair as alt
+import pytest
+
+from dmil.errors import OutputError, UnknownNameError
+from dmil.reports.drawing import draw
+from dmil.reports.export import embedded
+from dmil.results import Results
+from dmil.studies.report import write_report
+from dmil.studies.resco.charts import contender_colours, contender_marks
+from dmil.studies.resco.figures import figures_of_network, figures_of_study
+from dmil.studies.resco.tables import resco_tables
+from tests.unit.made_up_resco import CONTENDERS, QUEUE, SCENARIOS, SUMO
+from tests.unit.studies.paper.test_report import LIMIT_BYTES, _Page
+
+STUDY_FIGURES = {"delays", "simulators", "rank_agreement", "memory"}
+NETWORK_FIGURES = {"delay_by_simulator", "training", "queues", "memory"}
+TWO = SCENARIOS[:2]
+
+
+@pytest.fixture(scope="module")
+def study(make_resco_study):
+    return make_resco_study(scenarios=TWO)
+
+
+@pytest.fixture(scope="module")
+def report(study):
+    return write_report(study)
+
+
+@pytest.fixture(scope="module")
+def figures(study):
+    return figures_of(study)
+
+
+def figures_of(folder):
+    with Results(folder) as results:
+        tables = resco_tables(results)
+        found = list(figures_of_study(tables))
+        for scenario in tables.judged.scenarios:
+            found += figures_of_network(results, tables, scenario)
+    return found
+
+
+def text_of(path):
+    return " ".join(" ".join(_Page(path.read_text()).text).split())
+
+
+def test_there_is_a_page_for_the_study_and_one_for_each_network(report):
+    pages = {path.name for path in (report.parent / "scenarios").glob("*.html")}
+    assert pages == {"cologne1.html", "ingolstadt21.html"}
+
+
+@pytest.mark.parametrize("name", ["report.html", "scenarios/cologne1.html"])
+def test_pages_are_well_formed_and_need_nothing_from_outside(report, name):
+    path = report.parent / name
+    page = _Page(path.read_text())
+    assert len(page.ids) == len(set(page.ids))
+    for address in page.addresses:
+        assert address.startswith("#") or (path.parent / address).is_file(), address
+    inside = {address[1:] for address in page.addresses if address.startswith("#")}
+    assert inside <= set(page.ids)
+    assert path.stat().st_size < LIMIT_BYTES
+
+
+def test_every_figure_has_its_place_and_its_data(report):
+    for name, expected in (
+        ("report.html", STUDY_FIGURES),
+        ("scenarios/cologne1.html", {f"cologne1_{each}" for each in NETWORK_FIGURES}),
+    ):
+        text = (report.parent / name).read_text()
+        places = {i.removeprefix("figure-") for i in _Page(text).ids if i.startswith("figure-")}
+        # The picture of a network needs its files, which need not be installed.
+        assert expected <= places <= expected | {"cologne1_network"}
+        for place in places:
+            found = re.search(
+                rf'^(?:const specifications = {{ )?"{place}": (.*),$', text, re.MULTILINE
+            )
+            spec = json.loads(found[1].replace("<\\/", "</"))
+            assert "url" not in json.dumps(spec.get("data", {}))
+
+
+def test_the_main_page_says_what_was_measured_and_published(report):
+    text = text_of(report)
+    assert "340 of 340 runs, 5 seeds, 2 networks; judged in SUMO" in text
+    assert "learners trained in queue, calibrated" in text
+    assert "publ. 56.6" in text and "26.1 (28.9)" in text and "publ. 133.1" in text
+    assert "With 5 seeds the intervals are rough" in text
+    assert "Ault and Sharon" in text and "dmil study resco" in text
+
+
+def test_the_best_are_marked_by_their_intervals(study, report):
+    with Results(study) as results:
+        marked = resco_tables(results).headline["among_best"].sum()
+    cells = re.findall(r'<td class="r best">', report.read_text())
+    assert len(cells) == marked >= 2
+
+
+def test_a_networks_page_has_all_its_metrics(report):
+    text = text_of(report.parent / "scenarios" / "cologne1.html")
+    for word in (
+        "stops per vehicle",
+        "CO2, kg",
+        "requests overruled",
+        "difference to max-pressure",
+    ):
+        assert word in text
+    assert "vehicles 2,000" in text and "published IDQN 100 26.1 28.9" in text
+
+
+def test_pictures_and_tables_are_files(report):
+    names = {path.stem for path in (report.parent / "figures").iterdir()}
+    assert names >= STUDY_FIGURES and {f"ingolstadt21_{n}" for n in NETWORK_FIGURES} <= names
+    for name in STUDY_FIGURES:
+        for ending, magic in ((".png", b"\x89PNG"), (".pdf", b"%PDF"), (".svg", b"<svg")):
+            data = (report.parent / "figures" / (name + ending)).read_bytes()
+            assert data.startswith(magic) and len(data) > 2_000
+    tables = {path.name for path in (report.parent / "tables").iterdir()}
+    assert {"delay.csv", "delay.tex", "metrics.csv", "agreement.csv", "agreement.tex"} <= tables
+    assert {"overall.csv", "training.csv", "published.csv"} <= tables
+
+
+def test_latex_has_a_row_for_every_controller_and_published_method(report):
+    latex = (report.parent / "tables" / "delay.tex").read_text()
+    rows = [line for line in latex.splitlines() if line.endswith(r"\\")]
+    assert len(rows) == 1 + len(CONTENDERS) + 6
+    assert all(line.count("&") == len(TWO) for line in rows)
+    assert latex.index(r"\toprule") < latex.index(r"\midrule") < latex.index(r"\bottomrule")
+    assert "26.1 (28.9)" in latex and "$^{*}$" in latex
+    latex = (report.parent / "tables" / "agreement.tex").read_text()
+    rows = [line for line in latex.splitlines() if line.endswith(r"\\")]
+    assert len(rows) == 1 + len(TWO) + 1 and all(line.count("&") == 4 for line in rows)
+
+
+def test_the_same_results_give_the_same_files(study, report):
+    kept = (".svg", ".csv", ".tex", ".html")
+    before = {p: p.read_bytes() for p in report.parent.rglob("*") if p.suffix in kept}
+    write_report(study)
+    assert [path.name for path, data in before.items() if path.read_bytes() != data] == []
+    assert [p for p in report.parent.rglob("*") if p.name.startswith(".")] == []
+
+
+def test_every_specification_is_valid_vega_lite(figures):
+    assert len(figures) == len(STUDY_FIGURES) + 2 * len(NETWORK_FIGURES)
+    for figure in figures:
+        alt.Chart.from_dict(figure.spec)
+        assert figure.caption.endswith(".")
+
+
+def test_figures_carry_no_raw_runs(figures):
+    for figure in figures:
+        assert len(embedded(figure.spec)) < 150_000
+        assert '"seed"' not in embedded(figure.spec)
+
+
+def rows_of(figure):
+    return [row for rows in figure.spec["datasets"].values() for row in rows]
+
+
+def test_training_curves_stand_beside_max_pressure_and_the_best_published(figures):
+    (figure,) = (f for f in figures if f.name == "cologne1_training")
+    ends = {row["line"]: row["mean"] for row in rows_of(figure)}
+    assert ends["published IDQN"] == 26.1
+    assert ends["max-pressure"] == pytest.approx(36, rel=0.15)
+    assert len(ends) == 2 + 7
+
+
+def test_colours_tell_embeddings_apart_and_shapes_communication():
+    names = ["Dual memory simple", "Dual memory simple + comm.", "Dual memory cells", "SARSA exact"]
+    found = contender_colours(names)
+    assert found[0] == found[1] and len(set(found)) == 3
+    shapes = contender_marks(names)[1].to_dict()["scale"]["range"]
+    assert shapes == ["circle", "diamond", "circle", "circle"]
+
+
+PARTIAL = {
+    "one seed": {"seeds": 1},
+    "no queue simulator": {"simulators": (SUMO,)},
+    "no calibration": {"simulators": (SUMO, QUEUE)},
+    "no SUMO": {"simulators": (QUEUE,)},
+    "baselines only": {"contenders": [each for each in CONTENDERS if each[1] is None]},
+    "learners only": {"contenders": [each for each in CONTENDERS if each[1] is not None]},
+    "one controller": {"contenders": [("max-pressure", None, False)]},
+    "one episode": {"episodes": 1},
+    "failures": {"failed": {("max-pressure", SUMO), ("program", QUEUE)}},
+    "another network": {"scenarios": ("sumo:town.sumocfg",)},
+}
+
+
+@pytest.mark.parametrize("name", PARTIAL)
+def test_partial_studies_have_a_report(make_resco_study, name):
+    folder = make_resco_study(**{"scenarios": ("resco/cologne1",), "seeds": 2} | PARTIAL[name])
+    path = write_report(folder, pictures=False)
+    for page in (path, *path.parent.glob("scenarios/*.html")):
+        _Page(page.read_text())
+    assert not (path.parent / "figures").exists()
+    for figure in figures_of(folder):
+        assert draw(figure.spec)["svg"].startswith(b"<svg")
+
+
+def test_one_seed_and_failures_and_a_missing_sumo_are_said(make_resco_study):
+    one = {"scenarios": ("resco/cologne1",)}
+    said = text_of(write_report(make_resco_study(**one, seeds=1), pictures=False))
+    assert "One seed: no interval can be given" in said
+    failed = make_resco_study(**one, seeds=2, failed={("random", SUMO)})
+    said = text_of(write_report(failed, pictures=False))
+    assert "2 runs failed and are left out. One of them: SimulationError: SUMO died" in said
+    queue = make_resco_study(**one, seeds=2, simulators=(QUEUE,))
+    assert "No run in SUMO succeeded" in text_of(write_report(queue, pictures=False))
+
+
+def test_text_from_a_study_is_no_markup(make_resco_study):
+    folder = make_resco_study(scenarios=("resco/cologne1",), seeds=2)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    manifest["command"] = "dmil study '<script>alert(1)</script>'"
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    assert "<script>alert(1)" not in write_report(folder, pictures=False).read_text()
+
+
+def test_another_preset_or_study_is_refused(make_resco_study):
+    folder = make_resco_study(scenarios=("resco/cologne1",), seeds=2)
+    with pytest.raises(UnknownNameError, match="matched"):
+        write_report(folder, preset="matched")
+    manifest = json.loads((folder / "manifest.json").read_text())
+    (folder / "manifest.json").write_text(json.dumps(manifest | {"study": "mine"}))
+    with pytest.raises(OutputError, match="no report for a study 'mine'"):
+        write_report(folder)
+    assert not (folder / "report.html").exists()
