@@ -6,6 +6,7 @@ from pathlib import Path
 import altair as alt
 import pytest
 
+import dmil
 from dmil.errors import InputError, OutputError, UnknownNameError
 from dmil.interpretations import INTERPRETATIONS
 from dmil.reports import save_figure
@@ -18,6 +19,7 @@ from dmil.studies.paper.claims import claims
 from dmil.studies.paper.figures import gallery
 from dmil.studies.paper.settings import PaperStudySettings
 from dmil.studies.paper.tables import paper_tables
+from dmil.studies.registry import STUDIES
 from dmil.studies.report import write_report
 
 LIMIT_BYTES = 3_000_000
@@ -318,9 +320,11 @@ def test_the_whole_configuration_is_listed():
 
 
 def test_the_templates_are_part_of_the_package():
-    package = Path(write_report.__code__.co_filename).parent
-    for name in ("layout", "paper", "resco", "resco_marks", "resco_network"):
-        assert (package / "templates" / f"{name}.html.j2").is_file()
+    package = Path(dmil.__file__).parent
+    for name in ("layout", "marks", "comparison"):
+        assert (package / "reports" / "templates" / f"{name}.html.j2").is_file()
+    for name in STUDIES:
+        assert (package / "studies" / name / "page.html.j2").is_file()
 
 
 def test_drawing_processes_draw_what_one_process_draws(figures, tmp_path):
