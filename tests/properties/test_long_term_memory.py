@@ -5,8 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dmil.controllers import Situation
-from dmil.controllers.dual_memory import DualMemoryController
-from dmil.controllers.settings import DualMemorySettings
+from dmil.controllers.tabular.dual_memory import DualMemoryController
+from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.memory import (
     ABSENT,
     admit,

@@ -9,7 +9,7 @@ from typing import Any
 from dmil.analysis import Tables, curves
 from dmil.analysis.cells import CELL, ENTRIES, Cells, ordered
 from dmil.analysis.paper import PAPER_COLUMNS, intersections_of
-from dmil.controllers.settings import DualMemorySettings
+from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.reports import cell_charts, time_charts
 from dmil.reports.assumptions import find_value
 from dmil.reports.figure import Figure, figure, slug

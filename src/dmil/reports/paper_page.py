@@ -13,7 +13,7 @@ from dmil.analysis import Tables, tables_of
 from dmil.analysis.cells import BASELINES, PRESET_ORDER, Cells
 from dmil.analysis.claims import FEWEST_SEEDS
 from dmil.analysis.paper import NO_MEMORY, PAPER_COLUMNS, SOURCE, scenario_label
-from dmil.controllers.settings import DualMemorySettings
+from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.errors import unknown_name
 from dmil.reports.assumptions import assumptions, changed, configuration_rows
 from dmil.reports.figure import Figure

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 import dmil
 from dmil.controllers import CONTROLLERS, MemoryController, Situation, make_controller
-from dmil.controllers.agents import agents_of
+from dmil.controllers.tabular.agents import agents_of
 from dmil.errors import InputError, PolicyError
 from dmil.files import write_atomically
 from dmil.importing import check_trusted

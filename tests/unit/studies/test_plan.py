@@ -4,7 +4,7 @@ from collections import Counter
 
 import pytest
 
-from dmil.controllers.settings import DualMemorySettings
+from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.errors import InputError
 from dmil.studies import PRESETS, PaperStudySettings
 from dmil.studies.plan import BASELINES, VARIANTS, architectures, blocks, training_s, variants
