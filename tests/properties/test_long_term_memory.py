@@ -32,7 +32,6 @@ OPTIONS = st.fixed_dictionaries(
         "long_capacity": st.integers(1, 5),
         "short_capacity": st.integers(1, 3),
         "staging": st.sampled_from(["value", "visits"]),
-        "stage_untried": st.booleans(),
         "least_tried": st.integers(1, 3),
         "unseen": st.sampled_from(["random", "longest-queue", "nearest"]),
         "communication": st.booleans(),

@@ -59,12 +59,6 @@ class FactoredSettings(BaseModel):
         "trust_veh.",
     )
     trust_veh: float = Field(default=1.0, ge=0, allow_inf_nan=False, description="See trust.")
-    evidence: float = Field(
-        default=0.0,
-        ge=0,
-        allow_inf_nan=False,
-        description="Standard errors that are taken off what was learned; 0: none.",
-    )
     rate_step: float = Field(
         default=0.02, gt=0, le=1, description="β: step of the moving average of arrivals."
     )
@@ -95,7 +89,7 @@ class FactoredController(LaneMemory[FactoredTable]):
         return self.settings.guard
 
     def _new_table(self, columns: int) -> FactoredTable:
-        return make_factored_table(ROWS, columns, with_errors=self.settings.evidence > 0.0)
+        return make_factored_table(ROWS, columns)
 
     def _restored(self, arrays: Arrays) -> FactoredTable:
         return restored_table(arrays, self.table)
@@ -111,7 +105,6 @@ class FactoredController(LaneMemory[FactoredTable]):
             discount=settings.discount,
             trust=settings.trust,
             trust_veh=settings.trust_veh,
-            evidence=settings.evidence,
             rate_step=settings.rate_step,
             use_approaching=settings.approaching,
             use_rates=settings.rates,

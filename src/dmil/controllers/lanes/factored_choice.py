@@ -38,7 +38,7 @@ from dmil.controllers.lanes.lane_state import (
     Single,
     Whole,
 )
-from dmil.memory.factored import FactoredTable, learn_part, surely
+from dmil.memory.factored import FactoredTable, learn_part
 
 RATE_EDGES_VEH = tuple(np.float32(edge) for edge in (0.15, 0.4, 0.8, 1.5, 3.0))
 """Arrival rates between these have a row of their own."""
@@ -60,7 +60,6 @@ class Weights(NamedTuple):
     discount: float
     trust: float
     trust_veh: float
-    evidence: float
     rate_step: float
     use_approaching: bool
     use_rates: bool
@@ -72,8 +71,8 @@ class Gains(NamedTuple):
 
     Attributes
     ----------
-    sure: (rows, columns) float32
-        What is sure of what was learned: how much more a treatment is than red.
+    learned_more: (rows, columns) float32
+        What was learned of a treatment, less what was learned of red.
     treatment: (ways, groups) uint8
         How a group would be treated, served wholly or in part.
     learned: (groups,) float32
@@ -87,7 +86,7 @@ class Gains(NamedTuple):
         Error of the last prediction by the prior alone.
     """
 
-    sure: Single
+    learned_more: Single
     treatment: ByteArray
     learned: Single
     gain: Single
@@ -102,7 +101,7 @@ def make_gains(groups: LaneGroups, columns: int) -> Gains:
     gain = np.zeros(groups.ways * count + 2, np.float32)
     gain[-1] = -np.inf
     return Gains(
-        sure=np.zeros((ROWS, columns), np.float32),
+        learned_more=np.zeros((ROWS, columns), np.float32),
         treatment=np.full((groups.ways, count), PARTLY, np.uint8),
         learned=np.zeros(count, np.float32),
         gain=gain,
@@ -135,9 +134,10 @@ def decide(
     phases: (intersections,) int32
         Filled with the choice.
     """
-    for row in range(gains.sure.shape[0]):
-        for treatment in range(1, gains.sure.shape[1]):
-            gains.sure[row, treatment] = surely(table, row, treatment, RED, weights.evidence)
+    for row in range(gains.learned_more.shape[0]):
+        for treatment in range(1, gains.learned_more.shape[1]):
+            more = table.residual[row, treatment] - table.residual[row, RED]
+            gains.learned_more[row, treatment] = more
     note_shown(groups, seen, scratch)
     for g in range(scratch.shown.shape[0]):
         gains.treatment[0, g] = served_wholly(scratch.shown[g], weights.after_switch)
@@ -177,7 +177,7 @@ def _weigh(
     for way in range(gains.treatment.shape[0]):
         treatment, gain = gains.treatment[way], gains.gain[way * count : (way + 1) * count]
         for g in range(count):
-            learned[g] = gains.sure[row[g], treatment[g]]
+            learned[g] = gains.learned_more[row[g], treatment[g]]
         for g in range(count):
             waiting_veh = scratch.queue_veh[g] + scratch.expected_veh[g]
             believed = vehicle * waiting_veh * green_part(treatment[g], after_switch)

@@ -173,7 +173,6 @@ class DualMemoryController(TabularLearner):
             significance=settings.significance,
             stage_by_visits=settings.staging == "visits",
             stage_period=settings.stage_period,
-            stage_untried=settings.stage_untried,
             least_tried=settings.least_tried,
             admission=admission,
         )

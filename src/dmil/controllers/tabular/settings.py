@@ -169,11 +169,6 @@ class DualMemorySettings(LearnerSettings):
         description="T_stage of the analysis: stage after so many learning decisions, or when full "
         "if that is sooner; 0: only when full.",
     )
-    stage_untried: bool = Field(
-        default=False,
-        description="Let an untried action, with its Q of 0, be the best of a row that is staged; "
-        f"off: only what was tried is staged {mark('stage_untried')}.",
-    )
     least_tried: int = Field(
         default=1,
         ge=1,

@@ -17,7 +17,7 @@ from dmil.training import train, vehicles_of_seed
 from tests.unit.controllers.lanes import late_arrivals
 
 CLEARANCE = SignalTiming(clearance_s=3)
-TRUSTING = {"trust": 1.0, "trust_veh": 5.0, "evidence": 0.0}
+TRUSTING = {"trust": 1.0, "trust_veh": 5.0}
 LANES_ONLY = {"rates": False, "expected": 0.0, "wave": 0.0}
 
 
@@ -190,9 +190,9 @@ def test_loading_replaces_and_never_adds():
     assert second.memory_use() == first.memory_use()
 
 
-@pytest.mark.parametrize("spoilt", ["residual", "times", "square"])
+@pytest.mark.parametrize("spoilt", ["residual", "times"])
 def test_arrays_of_something_else_are_refused(spoilt):
-    controller = begun(evidence=0.5)
+    controller = begun()
     kept = controller.arrays()
     for wrong in (None, kept[spoilt][:-1], kept[spoilt].astype(np.float64)):
         arrays = {**kept, spoilt: wrong}
@@ -200,12 +200,11 @@ def test_arrays_of_something_else_are_refused(spoilt):
             controller.restore({name: a for name, a in arrays.items() if a is not None})
 
 
-@pytest.mark.parametrize(("name", "number"), [("residual", np.nan), ("square", -1.0)])
-def test_numbers_that_cannot_be_are_not_loaded(name, number):
-    controller = begun(evidence=0.5)
+def test_numbers_that_cannot_be_are_not_loaded():
+    controller = begun()
     arrays = controller.arrays()
-    arrays[name][3, 1] = number
-    with pytest.raises(PolicyError, match=f"'{name}' holds numbers that cannot be"):
+    arrays["residual"][3, 1] = np.nan
+    with pytest.raises(PolicyError, match="'residual' holds numbers that cannot be"):
         controller.restore(arrays)
 
 
@@ -250,7 +249,6 @@ def test_values_beyond_all_numbers_stop_the_run():
         ("vehicle", 0),
         ("trust", -0.1),
         ("trust_veh", float("nan")),
-        ("evidence", -1),
         ("rate_step", 0),
         ("rate_step", 1.5),
         ("rates", "often"),
@@ -259,8 +257,8 @@ def test_values_beyond_all_numbers_stop_the_run():
 def test_options_out_of_range(option, value):
     with pytest.raises(InputError, match=f"controller 'factored': {option} = "):
         factored(**{option: value})
-    with pytest.raises(InputError, match="evidence"):
-        factored(evidense=1)
+    with pytest.raises(InputError, match="discount"):
+        factored(discuont=1)
 
 
 def test_a_resumed_training_is_an_uninterrupted_one():

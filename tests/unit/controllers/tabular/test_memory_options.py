@@ -16,7 +16,6 @@ FULL = {
     "long_capacity": 9,
     "short_capacity": 4,
     "staging": "visits",
-    "stage_untried": True,
     "least_tried": 2,
     "unseen": "longest-queue",
     "communication": True,
@@ -27,7 +26,7 @@ EACH = [
     {"long_capacity": 3, "short_capacity": 2, "communication": True, "communication_period_s": 40},
     {"unseen": "longest-queue"},
     {"unseen": "nearest", "long_capacity": 4, "short_capacity": 3},
-    {"stage_untried": True, "short_capacity": 3},
+    {"staging": "visits", "short_capacity": 3},
     {"least_tried": 2},
     FULL,
 ]
