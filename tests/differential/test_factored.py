@@ -26,7 +26,7 @@ OPTIONS = {
     "guard": {"guard": False},
     "all others": {
         "expected": 0.937,
-        "wave": 2.0,
+        "wave": 1.5,
         "discount": 0.6,
         "vehicle": 3.0,
         "trust": 0.5,

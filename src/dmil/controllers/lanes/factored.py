@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from dmil.controllers.lanes.factored_choice import ROWS, Weights, decide, make_gains
+from dmil.controllers.lanes.factored_choice import ROWS, FactoredParams, decide, make_gains
 from dmil.controllers.lanes.lane_memory import LaneMemory
-from dmil.controllers.lanes.lane_state import Seen
+from dmil.controllers.lanes.lane_state import Inputs
+from dmil.controllers.parameters import parameters_of
 from dmil.controllers.protocol import Arrays, IntArray
 from dmil.memory.factored import FactoredTable, make_factored_table, restored_table
 
@@ -95,29 +96,16 @@ class FactoredController(LaneMemory[FactoredTable]):
         return restored_table(arrays, self.table)
 
     def _prepare(self, after_switch: float) -> None:
-        settings = self.settings
         self._gains = make_gains(self._groups, self.table.residual.shape[1])
-        self._weights = Weights(
-            vehicle=settings.vehicle,
-            expected=settings.expected,
-            wave=settings.wave,
-            after_switch=after_switch,
-            discount=settings.discount,
-            trust=settings.trust,
-            trust_veh=settings.trust_veh,
-            rate_step=settings.rate_step,
-            use_approaching=settings.approaching,
-            use_rates=settings.rates,
-            learns=settings.learning,
-        )
+        self._params = parameters_of(FactoredParams, self.settings, after_switch=after_switch)
 
-    def _choose(self, seen: Seen, phases: IntArray) -> None:
+    def _choose(self, inputs: Inputs, phases: IntArray) -> None:
         decide(
             self._groups,
-            self._weights,
+            self._params,
             self.table,
             self._short,
-            seen,
+            inputs,
             self._scratch,
             self._gains,
             phases,

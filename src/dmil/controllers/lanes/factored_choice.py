@@ -8,32 +8,32 @@ import numpy as np
 
 from dmil.compilation import kernel
 from dmil.controllers.lanes.lane_groups import Indices, LaneGroups
-from dmil.controllers.lanes.lane_sight import (
+from dmil.controllers.lanes.lane_inputs import (
     ONE,
     ZERO,
+    aggregate,
     announce,
     count_arrivals,
     expect_announced,
     expect_by_rate,
     find_waves,
-    forget_overruled,
+    forget_rejected,
     green_part,
-    look,
     note_shown,
     note_treatment,
     served_wholly,
-    sight_bin,
+    state_bin,
 )
 from dmil.controllers.lanes.lane_state import (
     PARTLY,
     RED,
-    SIGHTS,
+    STATE_BINS,
     ByteArray,
     FloatArray,
+    Inputs,
     IntArray,
     Real,
     Scratch,
-    Seen,
     ShortTerm,
     Single,
     Whole,
@@ -43,15 +43,15 @@ from dmil.memory.factored import FactoredTable, learn_part
 RATE_EDGES_VEH = tuple(np.float32(edge) for edge in (0.15, 0.4, 0.8, 1.5, 3.0))
 """Arrival rates between these have a row of their own."""
 RATES = len(RATE_EDGES_VEH) + 1
-ROWS = SIGHTS * RATES
+ROWS = STATE_BINS * RATES
 NOT_LEARNED_FROM_VEH = np.float32(20.0)
 """Longest queue that is learned from: beyond, the prior's line goes on with the last residual."""
 TIE, TIE_PART = np.float32(2e-4), np.float32(4e-7)
 """Sums of gains that ought to be equal differ by less, or by less than this part of them."""
 
 
-class Weights(NamedTuple):
-    """Numbers of `FactoredSettings` and of signal timing for the kernel."""
+class FactoredParams(NamedTuple):
+    """Numbers for the kernel: see `FactoredSettings`, and `LaneMemory` for ``after_switch``."""
 
     vehicle: float
     expected: float
@@ -61,9 +61,9 @@ class Weights(NamedTuple):
     trust: float
     trust_veh: float
     rate_step: float
-    use_approaching: bool
-    use_rates: bool
-    learns: bool
+    approaching: bool
+    rates: bool
+    learning: bool
 
 
 class Gains(NamedTuple):
@@ -114,10 +114,10 @@ def make_gains(groups: LaneGroups, columns: int) -> Gains:
 @kernel
 def decide(
     groups: LaneGroups,
-    weights: Weights,
+    params: FactoredParams,
     table: FactoredTable,
     short: ShortTerm,
-    seen: Seen,
+    inputs: Inputs,
     scratch: Scratch,
     gains: Gains,
     phases: IntArray,
@@ -129,7 +129,7 @@ def decide(
 
     Parameters
     ----------
-    groups, weights, table, short, seen, scratch, gains
+    groups, params, table, short, inputs, scratch, gains
         See there; table, short-term memory, scratch and gains change in place.
     phases: (intersections,) int32
         Filled with the choice.
@@ -138,42 +138,42 @@ def decide(
         for treatment in range(1, gains.learned_more.shape[1]):
             more = table.residual[row, treatment] - table.residual[row, RED]
             gains.learned_more[row, treatment] = more
-    note_shown(groups, seen, scratch)
+    note_shown(groups, inputs, scratch)
     for g in range(scratch.shown.shape[0]):
-        gains.treatment[0, g] = served_wholly(scratch.shown[g], weights.after_switch)
-    look(groups, weights.use_approaching, seen, scratch)
-    if not seen.first:
-        forget_overruled(groups, seen, short)
+        gains.treatment[0, g] = served_wholly(scratch.shown[g], params.after_switch)
+    aggregate(groups, params.approaching, inputs, scratch)
+    if not inputs.first:
+        forget_rejected(groups, inputs, short)
         count_arrivals(
-            groups, weights.use_approaching, weights.after_switch, weights.rate_step, short, scratch
+            groups, params.approaching, params.after_switch, params.rate_step, short, scratch
         )
-    expect_by_rate(groups, weights.expected, short, scratch)
-    _weigh(groups, weights, short, scratch, gains)
-    _choose(groups, weights.vehicle, seen, gains, phases)
-    if weights.expected > 0.0 or weights.wave > 0.0:
-        announce(groups, weights.use_approaching, seen, scratch, phases)
-        expect_announced(groups, weights.expected, short, scratch)
-        _weigh(groups, weights, short, scratch, gains)
-        find_waves(groups, weights.vehicle * weights.wave, scratch)
+    expect_by_rate(groups, params.expected, short, scratch)
+    _weigh(groups, params, short, scratch, gains)
+    _choose(groups, params.vehicle, inputs, gains, phases)
+    if params.expected > 0.0 or params.wave > 0.0:
+        announce(groups, params.approaching, inputs, scratch, phases)
+        expect_announced(groups, params.expected, short, scratch)
+        _weigh(groups, params, short, scratch, gains)
+        find_waves(groups, params.vehicle * params.wave, scratch)
         _add_waves(groups, scratch, gains)
-        _choose(groups, weights.vehicle, seen, gains, phases)
-    note_treatment(groups, weights.after_switch, scratch, phases)
-    _prepare_errors(weights, short, scratch, gains)
-    _learn(groups, weights, table, short, seen, scratch, gains)
+        _choose(groups, params.vehicle, inputs, gains, phases)
+    note_treatment(groups, params.after_switch, scratch, phases)
+    _prepare_errors(params, short, scratch, gains)
+    _learn(groups, params, table, short, inputs, scratch, gains)
     _remember(short, scratch)
 
 
 @kernel
 def _weigh(
-    groups: LaneGroups, weights: Weights, short: ShortTerm, scratch: Scratch, gains: Gains
+    groups: LaneGroups, params: FactoredParams, short: ShortTerm, scratch: Scratch, gains: Gains
 ) -> None:
     """Find the rows of all groups, and what each gains from green."""
     count, row, learned = groups.lanes.shape[0], scratch.row, gains.learned
-    used = ONE if weights.use_rates else ZERO
+    used = ONE if params.rates else ZERO
     for g in range(count):
         row[g] = _row(scratch.queue_veh[g], scratch.expected_veh[g], used * short.rate_veh[g])
-    vehicle, after_switch = np.float32(weights.vehicle), np.float32(weights.after_switch)
-    trust, trust_veh = np.float32(weights.trust), np.float32(weights.trust_veh)
+    vehicle, after_switch = np.float32(params.vehicle), np.float32(params.after_switch)
+    trust, trust_veh = np.float32(params.trust), np.float32(params.trust_veh)
     for way in range(gains.treatment.shape[0]):
         treatment, gain = gains.treatment[way], gains.gain[way * count : (way + 1) * count]
         for g in range(count):
@@ -192,7 +192,7 @@ def _row(queue_veh: Real, expected_veh: Real, rate_veh: Real) -> Whole:
     rate = np.int32(0)
     for edge in RATE_EDGES_VEH:
         rate += rate_veh > edge
-    return np.uint16(sight_bin(queue_veh, expected_veh) * RATES + rate)
+    return np.uint16(state_bin(queue_veh, expected_veh) * RATES + rate)
 
 
 @kernel
@@ -206,13 +206,15 @@ def _add_waves(groups: LaneGroups, scratch: Scratch, gains: Gains) -> None:
 
 
 @kernel
-def _choose(groups: LaneGroups, vehicle: float, seen: Seen, gains: Gains, phases: IntArray) -> None:
+def _choose(
+    groups: LaneGroups, vehicle: float, inputs: Inputs, gains: Gains, phases: IntArray
+) -> None:
     """Choose for every intersection the phase with the highest sum of gains."""
     highest, total = gains.highest, gains.total
     for phase in range(total.shape[0]):
         _add_up(groups.served_block[:, phase], gains.gain, total[phase])
-    if seen.owed_veh.shape[0] > 0:
-        _add_owed(groups, vehicle, seen.owed_veh, total)
+    if inputs.owed_veh.shape[0] > 0:
+        _add_owed(groups, vehicle, inputs.owed_veh, total)
     for i in range(phases.shape[0]):
         phases[i] = 0
         highest[i] = -np.float32(np.inf)
@@ -221,7 +223,7 @@ def _choose(groups: LaneGroups, vehicle: float, seen: Seen, gains: Gains, phases
         for i in range(phases.shape[0]):
             # Of equally good phases the one shown stays, else the first is taken.
             tie = max(TIE, TIE_PART * highest[i])
-            gained = total[phase, i] + (tie + tie if seen.shown[i] == number else ZERO)
+            gained = total[phase, i] + (tie + tie if inputs.shown[i] == number else ZERO)
             better = gained > highest[i] + tie
             phases[i] = number if better else phases[i]
             highest[i] = gained if better else highest[i]
@@ -253,10 +255,12 @@ def _add_owed(groups: LaneGroups, vehicle: float, owed_veh: FloatArray, total: S
 
 
 @kernel
-def _prepare_errors(weights: Weights, short: ShortTerm, scratch: Scratch, gains: Gains) -> None:
+def _prepare_errors(
+    params: FactoredParams, short: ShortTerm, scratch: Scratch, gains: Gains
+) -> None:
     """Find the errors of predictions by the prior alone: minus who waits then counts, and now."""
-    vehicle, after_switch = np.float32(weights.vehicle), np.float32(weights.after_switch)
-    discount, error = np.float32(weights.discount), gains.error
+    vehicle, after_switch = np.float32(params.vehicle), np.float32(params.after_switch)
+    discount, error = np.float32(params.discount), gains.error
     for g in range(error.shape[0]):
         left = vehicle * (ONE - green_part(short.treatment[g], after_switch))
         error[g] = left * (short.queue_veh[g] + short.expected_veh[g]) - scratch.waiting_veh[g]
@@ -268,18 +272,18 @@ def _prepare_errors(weights: Weights, short: ShortTerm, scratch: Scratch, gains:
 @kernel
 def _learn(
     groups: LaneGroups,
-    weights: Weights,
+    params: FactoredParams,
     table: FactoredTable,
     short: ShortTerm,
-    seen: Seen,
+    inputs: Inputs,
     scratch: Scratch,
     gains: Gains,
 ) -> None:
     """Learn from the interval that ended; count entries that were known already."""
-    known, discount = 0, np.float32(weights.discount)
-    for i in range(seen.shown.shape[0]):
-        # Who was overruled was treated otherwise than his entry says.
-        learns = weights.learns and not seen.first and seen.shown[i] == seen.asked[i]
+    known, discount = 0, np.float32(params.discount)
+    for i in range(inputs.shown.shape[0]):
+        # A rejected request was not executed: nothing is learned of it.
+        learns = params.learning and not inputs.first and inputs.shown[i] == inputs.asked[i]
         for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
             row, treatment = scratch.row[g], scratch.treatment[g]
             known += table.times[row, treatment] > 0

@@ -17,10 +17,10 @@ from dmil.controllers.lanes.lane_state import (
     PARTLY,
     RED,
     SWITCHED,
+    Inputs,
     IntArray,
     Real,
     Scratch,
-    Seen,
     ShortTerm,
     Whole,
 )
@@ -34,37 +34,37 @@ RATED_ENOUGH = np.float32(1000.0)
 
 
 @kernel
-def note_shown(groups: LaneGroups, seen: Seen, scratch: Scratch) -> None:
+def note_shown(groups: LaneGroups, inputs: Inputs, scratch: Scratch) -> None:
     """Note how the phases that are shown treat all groups."""
     shown = scratch.shown
     for g in range(shown.shape[0]):
         shown[g] = RED
-    for i in range(seen.shown.shape[0]):
-        if seen.shown[i] >= 0:
-            phase = groups.phase_offset[i] + seen.shown[i]
+    for i in range(inputs.shown.shape[0]):
+        if inputs.shown[i] >= 0:
+            phase = groups.phase_offset[i] + inputs.shown[i]
             for place in range(groups.served_offset[phase], groups.served_offset[phase + 1]):
                 shown[groups.served[place]] = PARTLY if groups.partly[place] else KEPT
 
 
 @kernel
-def forget_overruled(groups: LaneGroups, seen: Seen, short: ShortTerm) -> None:
+def forget_rejected(groups: LaneGroups, inputs: Inputs, short: ShortTerm) -> None:
     """Take lanes as partly served that were not treated as asked for: who joined is not known."""
-    for i in range(seen.shown.shape[0]):
-        if seen.shown[i] != seen.asked[i]:
+    for i in range(inputs.shown.shape[0]):
+        if inputs.shown[i] != inputs.asked[i]:
             for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
                 short.treatment[g] = PARTLY
 
 
 @kernel
-def look(groups: LaneGroups, use_approaching: bool, seen: Seen, scratch: Scratch) -> None:
+def aggregate(groups: LaneGroups, use_approaching: bool, inputs: Inputs, scratch: Scratch) -> None:
     """Add up what is seen of every group, per lane."""
     for g in range(groups.lanes.shape[0]):
         queue, approaching, waiting = 0, 0, 0.0
         for place in range(groups.slot_offset[g], groups.slot_offset[g + 1]):
             slot = groups.slots[place]
-            queue += seen.queue_veh[slot]
-            approaching += seen.approaching_veh[slot]
-            waiting += seen.waiting_veh[slot]
+            queue += inputs.queue_veh[slot]
+            approaching += inputs.approaching_veh[slot]
+            waiting += inputs.waiting_veh[slot]
         per_lane = ONE / groups.lanes[g]
         scratch.queue_veh[g] = np.float32(queue) * per_lane
         scratch.expected_veh[g] = np.float32(approaching * use_approaching) * per_lane
@@ -72,8 +72,8 @@ def look(groups: LaneGroups, use_approaching: bool, seen: Seen, scratch: Scratch
 
 
 @kernel
-def sight_bin(queue_veh: Real, expected_veh: Real) -> Whole:
-    """Return the bin of what is seen of a lane: see `SIGHTS`."""
+def state_bin(queue_veh: Real, expected_veh: Real) -> Whole:
+    """Return the bin of a lane's state: see `STATE_BINS`."""
     queue = np.int32(queue_veh + HALF)
     queue = min(queue, np.int32(8)) + (queue > 8) + (queue > 10) + (queue > 14)
     return queue * ARRIVALS + min(np.int32(expected_veh + HALF), np.int32(ARRIVALS - 1))
@@ -123,7 +123,7 @@ def expect_by_rate(groups: LaneGroups, expected: float, short: ShortTerm, scratc
 
 @kernel
 def announce(
-    groups: LaneGroups, use_approaching: bool, seen: Seen, scratch: Scratch, phases: IntArray
+    groups: LaneGroups, use_approaching: bool, inputs: Inputs, scratch: Scratch, phases: IntArray
 ) -> None:
     """Note on every link how much of its end will be green and who will come in time."""
     green, inflow_veh = scratch.green, scratch.inflow_veh
@@ -138,7 +138,7 @@ def announce(
             green[groups.link[g]] += part * groups.link_share[g]
         for place in range(groups.flow_offset[phase], groups.flow_offset[phase + 1]):
             slot = groups.flows[place]
-            ready = seen.queue_veh[slot] + use_approaching * seen.approaching_veh[slot]
+            ready = inputs.queue_veh[slot] + use_approaching * inputs.approaching_veh[slot]
             inflow_veh[groups.ahead[slot]] += min(np.float32(ready), groups.in_time_veh[slot])
 
 

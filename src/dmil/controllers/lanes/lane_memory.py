@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.controllers.lanes.lane_groups import LaneGroups, lane_groups
-from dmil.controllers.lanes.lane_state import KEPT, PARTLY, SWITCHED, Scratch, Seen, ShortTerm
+from dmil.controllers.lanes.lane_state import KEPT, PARTLY, SWITCHED, Inputs, Scratch, ShortTerm
 from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
 from dmil.controllers.rules.shared_lanes import SharedLaneGuard
 from dmil.errors import DivergedError, PolicyError
@@ -102,7 +102,7 @@ class LaneMemory(ABC, Generic[Table]):
         """
         phases = np.empty(observation.phase.size, np.int32)
         owed_veh = self._guard.owed_veh(observation)
-        seen = Seen(
+        inputs = Inputs(
             queue_veh=observation.queue_veh.ravel(),
             approaching_veh=observation.approaching_veh.ravel(),
             waiting_veh=observation.waiting_veh.ravel(),
@@ -111,7 +111,7 @@ class LaneMemory(ABC, Generic[Table]):
             asked=observation.phase if self._asked is None else self._asked,
             first=self._asked is None,
         )
-        self._choose(seen, phases)
+        self._choose(inputs, phases)
         if not np.isfinite(self.table.residual).all():
             raise DivergedError(self.name, "residuals of lanes", observation.time_s)
         self._asked = phases
@@ -168,7 +168,7 @@ class LaneMemory(ABC, Generic[Table]):
         """
 
     @abstractmethod
-    def _choose(self, seen: Seen, phases: IntArray) -> None:
+    def _choose(self, inputs: Inputs, phases: IntArray) -> None:
         """Fill in the phases, and learn."""
 
 

@@ -19,7 +19,7 @@ RED, KEPT, SWITCHED, PARTLY = range(4)
 """Columns of the table: how a lane is treated in a decision interval."""
 
 ARRIVALS = 4
-SIGHTS = 12 * ARRIVALS
+STATE_BINS = 12 * ARRIVALS
 """Bins of vehicles queued, {0…8, 9–10, 11–14, 15+}, and expected, {0, 1, 2, 3+}."""
 
 
@@ -48,7 +48,7 @@ class ShortTerm(NamedTuple):
     treatment: ByteArray
 
 
-class Seen(NamedTuple):
+class Inputs(NamedTuple):
     """The observation, and what was asked for last.
 
     Attributes

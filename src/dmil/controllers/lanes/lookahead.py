@@ -8,8 +8,9 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.controllers.lanes.lane_memory import LaneMemory
-from dmil.controllers.lanes.lane_state import SIGHTS, Seen
-from dmil.controllers.lanes.lookahead_choice import OUTCOMES, Outlook, Plans, decide
+from dmil.controllers.lanes.lane_state import STATE_BINS, Inputs
+from dmil.controllers.lanes.lookahead_choice import OUTCOMES, LookaheadParams, Plans, decide
+from dmil.controllers.parameters import parameters_of
 from dmil.controllers.protocol import Arrays, IntArray
 from dmil.memory.outcomes import OutcomeTable, make_outcome_table, restored_outcomes
 
@@ -117,28 +118,18 @@ class LookaheadController(LaneMemory[OutcomeTable]):
         return self.settings.guard
 
     def _new_table(self, columns: int) -> OutcomeTable:
-        return make_outcome_table(SIGHTS, columns, OUTCOMES)
+        return make_outcome_table(STATE_BINS, columns, OUTCOMES)
 
     def _restored(self, arrays: Arrays) -> OutcomeTable:
         return restored_outcomes(arrays, self.table)
 
     def _prepare(self, after_switch: float) -> None:
         settings, count = self.settings, self._groups.lanes.size
-        self._outlook = Outlook(
-            discount=settings.discount,
-            terminal=settings.terminal,
-            curvature=settings.curvature,
+        self._params = parameters_of(
+            LookaheadParams,
+            settings,
             plan=settings.plan if settings.depth == 2 else 0.0,
-            rounds=settings.rounds,
-            expected=settings.expected,
-            later=settings.later,
-            wave=settings.wave,
-            trust=settings.trust,
-            queue_trust=settings.queue_trust,
-            rate_step=settings.rate_step,
             after_switch=after_switch,
-            use_approaching=settings.approaching,
-            learns=settings.learning,
         )
         effects = 3 if self._groups.partly.any() else 2
         self._plans = Plans(
@@ -147,13 +138,13 @@ class LookaheadController(LaneMemory[OutcomeTable]):
             known_veh=np.zeros(count, np.float32),
         )
 
-    def _choose(self, seen: Seen, phases: IntArray) -> None:
+    def _choose(self, inputs: Inputs, phases: IntArray) -> None:
         decide(
             self._groups,
-            self._outlook,
+            self._params,
             self.table,
             self._short,
-            seen,
+            inputs,
             self._scratch,
             self._plans,
             phases,

@@ -9,27 +9,27 @@ import numpy.typing as npt
 
 from dmil.compilation import kernel
 from dmil.controllers.lanes.lane_groups import LaneGroups
-from dmil.controllers.lanes.lane_sight import (
+from dmil.controllers.lanes.lane_inputs import (
+    aggregate,
     announce,
     count_arrivals,
     expect_announced,
     expect_by_rate,
     find_waves,
-    forget_overruled,
-    look,
+    forget_rejected,
     note_shown,
     note_treatment,
     served_wholly,
-    sight_bin,
+    state_bin,
 )
 from dmil.controllers.lanes.lane_state import (
     KEPT,
     PARTLY,
     RED,
     ByteArray,
+    Inputs,
     IntArray,
     Scratch,
-    Seen,
     ShortTerm,
     Single,
 )
@@ -46,8 +46,11 @@ SAME = 1e-4
 """Costs that differ by less are the same: queues and arrivals are 32-bit numbers."""
 
 
-class Outlook(NamedTuple):
-    """Numbers of `LookaheadSettings` and of signal timing for the kernel."""
+class LookaheadParams(NamedTuple):
+    """Numbers for the kernel: see `LookaheadSettings`, and `LaneMemory` for ``after_switch``.
+
+    ``plan`` is 0 where it looks one decision ahead only.
+    """
 
     discount: float
     terminal: float
@@ -61,8 +64,8 @@ class Outlook(NamedTuple):
     queue_trust: float
     rate_step: float
     after_switch: float
-    use_approaching: bool
-    learns: bool
+    approaching: bool
+    learning: bool
 
 
 class Plans(NamedTuple):
@@ -87,10 +90,10 @@ class Plans(NamedTuple):
 @kernel
 def decide(
     groups: LaneGroups,
-    outlook: Outlook,
+    params: LookaheadParams,
     table: OutcomeTable,
     short: ShortTerm,
-    seen: Seen,
+    inputs: Inputs,
     scratch: Scratch,
     plans: Plans,
     phases: IntArray,
@@ -102,34 +105,34 @@ def decide(
 
     Parameters
     ----------
-    groups, outlook, table, short, seen, scratch, plans
+    groups, params, table, short, inputs, scratch, plans
         See there; table, short-term memory and scratch change in place.
     phases: (intersections,) int32
         Filled with the choice.
     """
-    note_shown(groups, seen, scratch)
-    look(groups, outlook.use_approaching, seen, scratch)
-    if not seen.first:
-        forget_overruled(groups, seen, short)
+    note_shown(groups, inputs, scratch)
+    aggregate(groups, params.approaching, inputs, scratch)
+    if not inputs.first:
+        forget_rejected(groups, inputs, short)
         count_arrivals(
-            groups, outlook.use_approaching, outlook.after_switch, outlook.rate_step, short, scratch
+            groups, params.approaching, params.after_switch, params.rate_step, short, scratch
         )
-    expect_by_rate(groups, outlook.expected, short, scratch)
+    expect_by_rate(groups, params.expected, short, scratch)
     for g in range(groups.lanes.shape[0]):
         plans.known_veh[g] = scratch.expected_veh[g]
         scratch.wave[g] = 0.0
-    _predict(groups, outlook, table, short, scratch, plans)
-    _choose(groups, outlook.terminal, seen, plans, phases)
-    for _ in range(outlook.rounds):
-        announce(groups, outlook.use_approaching, seen, scratch, phases)
+    _predict(groups, params, table, short, scratch, plans)
+    _choose(groups, params.terminal, inputs, plans, phases)
+    for _ in range(params.rounds):
+        announce(groups, params.approaching, inputs, scratch, phases)
         for g in range(groups.lanes.shape[0]):
             scratch.expected_veh[g] = plans.known_veh[g]
-        expect_announced(groups, outlook.expected, short, scratch)
-        find_waves(groups, outlook.wave, scratch)
-        _predict(groups, outlook, table, short, scratch, plans)
-        _choose(groups, outlook.terminal, seen, plans, phases)
-    note_treatment(groups, outlook.after_switch, scratch, phases)
-    _learn(groups, outlook, table, short, seen, scratch)
+        expect_announced(groups, params.expected, short, scratch)
+        find_waves(groups, params.wave, scratch)
+        _predict(groups, params, table, short, scratch, plans)
+        _choose(groups, params.terminal, inputs, plans, phases)
+    note_treatment(groups, params.after_switch, scratch, phases)
+    _learn(groups, params, table, short, inputs, scratch)
 
 
 @kernel
@@ -167,7 +170,7 @@ def lane_model(
 
 @kernel
 def _foresee(
-    outlook: Outlook,
+    params: LookaheadParams,
     table: OutcomeTable,
     queue_veh: float,
     arrivals_veh: float,
@@ -175,31 +178,31 @@ def _foresee(
     treatment: int,
 ) -> tuple[float, float]:
     """Return what the lane model says and what was learned beyond it."""
-    cost, end_veh = lane_model(queue_veh, arrivals_veh, flow_veh, treatment, outlook.after_switch)
-    row = int(sight_bin(queue_veh, arrivals_veh))
-    cost += believed(table, row, treatment, COST, outlook.trust)
-    end_veh += outlook.queue_trust * believed(table, row, treatment, NEXT, outlook.trust)
+    cost, end_veh = lane_model(queue_veh, arrivals_veh, flow_veh, treatment, params.after_switch)
+    row = int(state_bin(queue_veh, arrivals_veh))
+    cost += believed(table, row, treatment, COST, params.trust)
+    end_veh += params.queue_trust * believed(table, row, treatment, NEXT, params.trust)
     return max(cost, 0.0), max(end_veh, 0.0)
 
 
 @kernel
 def _predict(
     groups: LaneGroups,
-    outlook: Outlook,
+    params: LookaheadParams,
     table: OutcomeTable,
     short: ShortTerm,
     scratch: Scratch,
     plans: Plans,
 ) -> None:
     """Predict the cost of every group for whatever this and the next phase do to it."""
-    effects, after_switch = plans.cost.shape[1], outlook.after_switch
+    effects, after_switch = plans.cost.shape[1], params.after_switch
     for g in range(groups.lanes.shape[0]):
         flow_veh = groups.lane_veh[g]
-        later_veh = outlook.later * float(short.rate_veh[g])
+        later_veh = params.later * float(short.rate_veh[g])
         for now in range(effects):
             treatment = _treatment(now, scratch.shown[g], after_switch)
             cost, end_veh = _foresee(
-                outlook,
+                params,
                 table,
                 float(scratch.queue_veh[g]),
                 float(scratch.expected_veh[g]),
@@ -208,18 +211,18 @@ def _predict(
             )
             if now != UNSERVED:
                 cost -= float(scratch.wave[g])
-            stays = _left(outlook, end_veh)
+            stays = _left(params, end_veh)
             for then in range(effects):
                 goes = stays
-                if outlook.plan > 0.0:
+                if params.plan > 0.0:
                     treatment = _treatment(then, KEPT if now == WHOLLY else RED, after_switch)
                     next_cost, last_veh = _foresee(
-                        outlook, table, end_veh, later_veh, flow_veh, treatment
+                        params, table, end_veh, later_veh, flow_veh, treatment
                     )
-                    goes = next_cost + outlook.discount * _left(outlook, last_veh)
+                    goes = next_cost + params.discount * _left(params, last_veh)
                 # The next decision may be another one, so its plan counts in part.
-                ahead = (1.0 - outlook.plan) * stays + outlook.plan * goes
-                plans.cost[g, now, then] = groups.lanes[g] * (cost + outlook.discount * ahead)
+                ahead = (1.0 - params.plan) * stays + params.plan * goes
+                plans.cost[g, now, then] = groups.lanes[g] * (cost + params.discount * ahead)
 
 
 @kernel
@@ -231,13 +234,15 @@ def _treatment(effect: int, before: int, after_switch: float) -> int:
 
 
 @kernel
-def _left(outlook: Outlook, queue_veh: float) -> float:
+def _left(params: LookaheadParams, queue_veh: float) -> float:
     """Return what a queue costs that is left: more than in proportion to its length."""
-    return (outlook.terminal + outlook.curvature * queue_veh) * queue_veh
+    return (params.terminal + params.curvature * queue_veh) * queue_veh
 
 
 @kernel
-def _choose(groups: LaneGroups, vehicle: float, seen: Seen, plans: Plans, phases: IntArray) -> None:
+def _choose(
+    groups: LaneGroups, vehicle: float, inputs: Inputs, plans: Plans, phases: IntArray
+) -> None:
     """Choose for every intersection the first phase of the pair with the least cost."""
     cost, effect = plans.cost, plans.effect
     for i in range(phases.shape[0]):
@@ -251,9 +256,9 @@ def _choose(groups: LaneGroups, vehicle: float, seen: Seen, plans: Plans, phases
                 effect[groups.served[place]] = IN_PART if groups.partly[place] else WHOLLY
             for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
                 unserved += cost[g, effect[g], UNSERVED]
-            if seen.owed_veh.shape[0] > 0:
+            if inputs.owed_veh.shape[0] > 0:
                 for place in range(groups.flow_offset[now], groups.flow_offset[now + 1]):
-                    unserved -= vehicle * seen.owed_veh[groups.flows[place]]
+                    unserved -= vehicle * inputs.owed_veh[groups.flows[place]]
             least = np.inf
             for then in range(first, last):
                 saved = 0.0
@@ -263,7 +268,7 @@ def _choose(groups: LaneGroups, vehicle: float, seen: Seen, plans: Plans, phases
                     saved += cost[g, effect[g], UNSERVED] - cost[g, effect[g], served]
                 least = min(least, unserved - saved)
             # Of equally good phases the one shown stays.
-            shown = now - first == seen.shown[i]
+            shown = now - first == inputs.shown[i]
             if least < lowest - SAME or (shown and least < lowest + SAME):
                 best, lowest = now - first, least
         phases[i] = best
@@ -272,30 +277,30 @@ def _choose(groups: LaneGroups, vehicle: float, seen: Seen, plans: Plans, phases
 @kernel
 def _learn(
     groups: LaneGroups,
-    outlook: Outlook,
+    params: LookaheadParams,
     table: OutcomeTable,
     short: ShortTerm,
-    seen: Seen,
+    inputs: Inputs,
     scratch: Scratch,
 ) -> None:
     """Learn what the lane model missed in the interval that ended; keep what was foreseen now."""
     known = 0
-    for i in range(seen.shown.shape[0]):
-        # Who was overruled was treated otherwise than his entry says.
-        learns = outlook.learns and not seen.first and seen.shown[i] == seen.asked[i]
+    for i in range(inputs.shown.shape[0]):
+        # A rejected request was not executed: nothing is learned of it.
+        learns = params.learning and not inputs.first and inputs.shown[i] == inputs.asked[i]
         for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
             queue_veh, arrivals_veh = float(short.queue_veh[g]), float(short.expected_veh[g])
             if learns and queue_veh <= NOT_LEARNED_FROM_VEH:
                 row, treated = short.row[g], short.treatment[g]
                 cost, end_veh = lane_model(
-                    queue_veh, arrivals_veh, groups.lane_veh[g], treated, outlook.after_switch
+                    queue_veh, arrivals_veh, groups.lane_veh[g], treated, params.after_switch
                 )
                 learn_outcome(table, row, treated, COST, scratch.waiting_veh[g] - cost)
                 learn_outcome(table, row, treated, NEXT, scratch.queue_veh[g] - end_veh)
                 count_outcome(table, row, treated)
             short.queue_veh[g] = scratch.queue_veh[g]
             short.expected_veh[g] = scratch.expected_veh[g]
-            short.row[g] = sight_bin(float(scratch.queue_veh[g]), float(scratch.expected_veh[g]))
+            short.row[g] = state_bin(float(scratch.queue_veh[g]), float(scratch.expected_veh[g]))
             short.treatment[g] = scratch.treatment[g]
             known += table.times[short.row[g], short.treatment[g]] > 0
     scratch.lookups[0] += known

@@ -18,12 +18,16 @@ so the gap is one decision interval, and detectors reach as far as vehicles driv
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.compilation import kernel
+from dmil.controllers.parameters import parameters_of
 from dmil.controllers.protocol import FloatArray, IntArray, Situation
+from dmil.controllers.rules.observed import Observed, observed
 from dmil.controllers.rules.phase_choice import signalled
 from dmil.simulation import Observation
 from dmil.simulation.stand_ins import covering_phases
@@ -52,6 +56,31 @@ class GapOutSettings(BaseModel):
     )
 
 
+class GapOutParams(NamedTuple):
+    """Numbers for the kernel: see `GapOutSettings`.
+
+    No green that has lasted longer than ``last_extension_s`` is extended.
+    """
+
+    min_green_s: int
+    extend_veh: int
+    last_extension_s: int
+
+
+class Sequences(NamedTuple):
+    """The phases of every intersection in the order in which they have their turns (ours).
+
+    Attributes
+    ----------
+    phase: (intersections, longest) int32
+    length: (intersections,) int32
+        How many.
+    """
+
+    phase: IntArray
+    length: IntArray
+
+
 class GapOutController:
     """Fully actuated control in a fixed sequence of phases, in the decision grid.
 
@@ -70,29 +99,26 @@ class GapOutController:
     def begin(self, situation: Situation) -> None:
         """Lay out the sequences; every intersection stands before the first of its phases."""
         sequences = [covering_phases(item) for item in situation.network.intersections]
-        self._length = np.array([len(sequence) for sequence in sequences], np.int32)
-        self._sequence = np.zeros((len(sequences), int(self._length.max())), np.int32)
+        length = np.array([len(sequence) for sequence in sequences], np.int32)
+        self._sequences = Sequences(np.zeros((length.size, int(length.max())), np.int32), length)
         for i, sequence in enumerate(sequences):
-            self._sequence[i, : len(sequence)] = sequence
+            self._sequences.phase[i, : len(sequence)] = sequence
         self._served = signalled(situation.network)
         self._place = np.full(len(sequences), -1, np.int32)
-        self._interval_s = situation.decision_interval_s
+        self._params = parameters_of(
+            GapOutParams,
+            self.settings,
+            last_extension_s=self.settings.max_green_s - situation.decision_interval_s,
+        )
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Keep the green or go on in the sequence."""
-        settings = self.settings
         phases = np.empty(self._place.size, np.int32)
         go_on(
             self._served,
-            self._sequence,
-            self._length,
-            observation.queue_veh,
-            observation.approaching_veh,
-            observation.phase,
-            observation.phase_elapsed_s,
-            settings.min_green_s,
-            settings.max_green_s - self._interval_s,
-            settings.extend_veh,
+            self._sequences,
+            self._params,
+            observed(observation),
             self._place,
             phases,
         )
@@ -102,15 +128,9 @@ class GapOutController:
 @kernel
 def go_on(
     served: BoolArray,
-    sequence: IntArray,
-    length: IntArray,
-    queue_veh: IntArray,
-    approaching_veh: IntArray,
-    shown: IntArray,
-    elapsed_s: IntArray,
-    min_green_s: int,
-    last_extension_s: int,
-    extend_veh: int,
+    sequences: Sequences,
+    params: GapOutParams,
+    seen: Observed,
     place: IntArray,
     phases: IntArray,
 ) -> None:
@@ -123,46 +143,37 @@ def go_on(
     ----------
     served: (intersections, phases, orientations) bool
         See `signalled`.
-    sequence: (intersections, longest) int32
-        Phases in order.
-    length: (intersections,) int32
-        How many.
-    queue_veh, approaching_veh: (intersections, orientations) int32
-    shown, elapsed_s: (intersections,) int32
-        Phase shown, and for how long it has been green.
-    min_green_s, last_extension_s, extend_veh: int
-        See `GapOutSettings`; no green that has lasted longer than ``last_extension_s`` is extended.
+    sequences, params, seen
+        See there.
     place: (intersections,) int32
         Where in its sequence each stands, −1 at the beginning of a run; changed in place.
     phases: (intersections,) int32
         Filled with the phases to show.
     """
     for i in range(place.shape[0]):
-        now = place[i]
+        now, length = place[i], sequences.length[i]
         if now >= 0:
-            phases[i] = sequence[i, now]
-            if shown[i] != phases[i] or elapsed_s[i] < min_green_s:
+            phases[i] = sequences.phase[i, now]
+            if seen.shown[i] != phases[i] or seen.elapsed_s[i] < params.min_green_s:
                 continue
-            coming_veh = _vehicles(served, queue_veh, approaching_veh, i, phases[i])
-            if coming_veh >= extend_veh and elapsed_s[i] <= last_extension_s:
+            coming_veh = _vehicles(served, seen, i, phases[i])
+            if coming_veh >= params.extend_veh and seen.elapsed_s[i] <= params.last_extension_s:
                 continue
         following = now
-        for step in range(1, length[i] + (now < 0)):
-            candidate = (now + step) % length[i]
-            if _vehicles(served, queue_veh, approaching_veh, i, sequence[i, candidate]) > 0:
+        for step in range(1, length + (now < 0)):
+            candidate = (now + step) % length
+            if _vehicles(served, seen, i, sequences.phase[i, candidate]) > 0:
                 following = candidate
                 break
         place[i] = max(following, 0)
-        phases[i] = sequence[i, place[i]]
+        phases[i] = sequences.phase[i, place[i]]
 
 
 @kernel
-def _vehicles(
-    served: BoolArray, queue_veh: IntArray, approaching_veh: IntArray, i: int, phase: int
-) -> int:
+def _vehicles(served: BoolArray, seen: Observed, i: int, phase: int) -> int:
     """Count the vehicles queued or approaching on the movements of a phase."""
     count = 0
-    for j in range(queue_veh.shape[1]):
+    for j in range(seen.queue_veh.shape[1]):
         if served[i, phase, j]:
-            count += queue_veh[i, j] + approaching_veh[i, j]
+            count += seen.queue_veh[i, j] + seen.approaching_veh[i, j]
     return count

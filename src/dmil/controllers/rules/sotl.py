@@ -22,12 +22,16 @@ not the default: with an ω this long some vehicle is nearly always near.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.compilation import kernel
+from dmil.controllers.parameters import parameters_of
 from dmil.controllers.protocol import FloatArray, IntArray, Situation
+from dmil.controllers.rules.observed import Observed, observed
 from dmil.controllers.rules.phase_choice import signalled
 from dmil.simulation import Observation
 
@@ -56,6 +60,15 @@ class SotlSettings(BaseModel):
     )
 
 
+class SotlParams(NamedTuple):
+    """Numbers for the kernel: see `SotlSettings`; ``interval_s`` is T."""
+
+    interval_s: int
+    theta_veh_s: float
+    min_green_s: int
+    mu_veh: int
+
+
 class SotlController:
     """Switches to the phase before which most vehicle-seconds of red have been counted.
 
@@ -74,23 +87,18 @@ class SotlController:
         intersections, _, orientations = self._served.shape
         self._phase_count = np.array([len(item.phases) for item in situation.network.intersections])
         self._kappa_veh_s = np.zeros((intersections, orientations))
-        self._interval_s = situation.decision_interval_s
+        self._params = parameters_of(
+            SotlParams, self.settings, interval_s=situation.decision_interval_s
+        )
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Count, compare, and switch where the count is high enough."""
-        settings = self.settings
         phases = np.empty(observation.phase.size, np.int32)
         organise(
             self._served,
             self._phase_count,
-            observation.queue_veh,
-            observation.approaching_veh,
-            observation.phase,
-            observation.phase_elapsed_s,
-            self._interval_s,
-            settings.theta_veh_s,
-            settings.min_green_s,
-            settings.mu_veh,
+            self._params,
+            observed(observation),
             self._kappa_veh_s,
             phases,
         )
@@ -101,14 +109,8 @@ class SotlController:
 def organise(
     served: BoolArray,
     phase_count: npt.NDArray[np.int64],
-    queue_veh: IntArray,
-    approaching_veh: IntArray,
-    shown: IntArray,
-    elapsed_s: IntArray,
-    interval_s: int,
-    theta_veh_s: float,
-    min_green_s: int,
-    mu_veh: int,
+    params: SotlParams,
+    seen: Observed,
     kappa_veh_s: FloatArray,
     phases: IntArray,
 ) -> None:
@@ -121,29 +123,23 @@ def organise(
     served: (intersections, phases, orientations) bool
         See `signalled`.
     phase_count: (intersections,) int64
-    queue_veh, approaching_veh: (intersections, orientations) int32
-    shown, elapsed_s: (intersections,) int32
-        Phase shown, and for how long it has been green.
-    interval_s: int
-        T.
-    theta_veh_s: float
-    min_green_s, mu_veh: int
-        See `SotlSettings`.
+    params, seen
+        See there.
     kappa_veh_s: (intersections, orientations) float64
         κ; changed in place.
     phases: (intersections,) int32
         Filled with the phases to show.
     """
-    for i in range(shown.shape[0]):
-        now = shown[i]
+    for i in range(seen.shown.shape[0]):
+        now = seen.shown[i]
         green_veh = 0
         for j in range(kappa_veh_s.shape[1]):
-            near_veh = queue_veh[i, j] + approaching_veh[i, j]
+            near_veh = seen.queue_veh[i, j] + seen.approaching_veh[i, j]
             if now >= 0 and served[i, now, j]:
                 kappa_veh_s[i, j] = 0.0
                 green_veh += near_veh
             else:
-                kappa_veh_s[i, j] += interval_s * near_veh
+                kappa_veh_s[i, j] += params.interval_s * near_veh
         best, most_veh_s = 0, -1.0
         for q in range(phase_count[i]):
             total_veh_s = 0.0
@@ -152,11 +148,11 @@ def organise(
                     total_veh_s += kappa_veh_s[i, j]
             if total_veh_s > most_veh_s:
                 best, most_veh_s = q, total_veh_s
-        platoon = 0 < green_veh < mu_veh
+        platoon = 0 < green_veh < params.mu_veh
         if now < 0 or (
-            elapsed_s[i] >= min_green_s
+            seen.elapsed_s[i] >= params.min_green_s
             and most_veh_s > 0
-            and most_veh_s >= theta_veh_s
+            and most_veh_s >= params.theta_veh_s
             and not platoon
         ):
             phases[i] = best

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 from dmil.compilation import kernel
+from dmil.controllers.parameters import parameters_of
 from dmil.controllers.protocol import Arrays, IntArray, MemoryUse
 from dmil.controllers.tabular.agents import Agents, classes_of
 from dmil.controllers.tabular.choice import explores, uniform_action, unseen_action
@@ -164,16 +165,12 @@ class DualMemoryController(TabularLearner):
         self._memory = self._with_rules(short, long, admission_of(admission, agents.shape))
 
     def _with_rules(self, short: ValueTable, long: BestTable, admission: Admission) -> DualMemory:
-        settings = self.settings
-        return DualMemory(
+        return parameters_of(
+            DualMemory,
+            self.settings,
             short=short,
             long=long,
-            short_capacity=settings.short_capacity,
-            staged_ratio=settings.staged_ratio,
-            significance=settings.significance,
-            stage_by_visits=settings.staging == "visits",
-            stage_period=settings.stage_period,
-            least_tried=settings.least_tried,
+            stage_by_visits=self.settings.staging == "visits",
             admission=admission,
         )
 
