@@ -85,3 +85,13 @@ def learn_part(table: FactoredTable, row: int, column: int, error: float) -> Non
     step = STEPS[min(times, STEPS.size - 1)]
     table.residual[row, column] += np.float32(step * error)
     table.times[row, column] = np.uint16(min(times + 1, MOST))
+
+
+@kernel
+def has_numbers_only(table: FactoredTable) -> bool:
+    """Tell whether no residual is infinite or no number (ours)."""
+    others = 0
+    for row in range(table.residual.shape[0]):
+        for column in range(table.residual.shape[1]):
+            others += not np.isfinite(table.residual[row, column])
+    return others == 0

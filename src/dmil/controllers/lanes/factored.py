@@ -5,10 +5,10 @@ from __future__ import annotations
 from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.controllers.lanes.factored_choice import ROWS, FactoredParams, decide, make_gains
-from dmil.controllers.lanes.lane_memory import LaneMemory
-from dmil.controllers.lanes.lane_state import Inputs
+from dmil.controllers.lanes.lane_groups import LaneGroups
+from dmil.controllers.lanes.lane_memory import LaneMemory, LaneWork
 from dmil.controllers.parameters import parameters_of
-from dmil.controllers.protocol import Arrays, IntArray
+from dmil.controllers.protocol import Arrays
 from dmil.memory.factored import FactoredTable, make_factored_table, restored_table
 
 
@@ -95,18 +95,9 @@ class FactoredController(LaneMemory[FactoredTable]):
     def _restored(self, arrays: Arrays) -> FactoredTable:
         return restored_table(arrays, self.table)
 
-    def _prepare(self, after_switch: float) -> None:
-        self._gains = make_gains(self._groups, self.table.residual.shape[1])
-        self._params = parameters_of(FactoredParams, self.settings, after_switch=after_switch)
-
-    def _choose(self, inputs: Inputs, phases: IntArray) -> None:
-        decide(
-            self._groups,
-            self._params,
-            self.table,
-            self._short,
-            inputs,
-            self._scratch,
-            self._gains,
-            phases,
+    def _work(self, groups: LaneGroups, after_switch: float) -> LaneWork:
+        return LaneWork(
+            decide,
+            parameters_of(FactoredParams, self.settings, after_switch=after_switch),
+            make_gains(groups, self.table.residual.shape[1]),
         )

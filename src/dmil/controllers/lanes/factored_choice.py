@@ -38,7 +38,7 @@ from dmil.controllers.lanes.lane_state import (
     Single,
     Whole,
 )
-from dmil.memory.factored import FactoredTable, learn_part
+from dmil.memory.factored import FactoredTable, has_numbers_only, learn_part
 
 RATE_EDGES_VEH = tuple(np.float32(edge) for edge in (0.15, 0.4, 0.8, 1.5, 3.0))
 """Arrival rates between these have a row of their own."""
@@ -121,7 +121,7 @@ def decide(
     scratch: Scratch,
     gains: Gains,
     phases: IntArray,
-) -> None:
+) -> bool:
     """Choose all phases and learn from the last choice.
 
     Every intersection chooses by what it sees and announces that; then, knowing what its neighbours
@@ -133,6 +133,11 @@ def decide(
         See there; table, short-term memory, scratch and gains change in place.
     phases: (intersections,) int32
         Filled with the choice.
+
+    Returns
+    -------
+    numbers_only: bool
+        Whether all that has been learned is finite.
     """
     for row in range(gains.learned_more.shape[0]):
         for treatment in range(1, gains.learned_more.shape[1]):
@@ -161,6 +166,7 @@ def decide(
     _prepare_errors(params, short, scratch, gains)
     _learn(groups, params, table, short, inputs, scratch, gains)
     _remember(short, scratch)
+    return has_numbers_only(table)
 
 
 @kernel

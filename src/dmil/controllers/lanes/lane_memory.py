@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar, Generic, Protocol, TypeVar
+from collections.abc import Callable
+from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from dmil.compilation import compiled_for
 from dmil.controllers.lanes.lane_groups import LaneGroups, lane_groups
 from dmil.controllers.lanes.lane_state import KEPT, PARTLY, SWITCHED, Inputs, Scratch, ShortTerm
 from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
@@ -18,6 +20,7 @@ from dmil.simulation import Observation
 
 FIRST_RATE_VEH = 0.5
 """Arrivals per interval and lane before any were counted."""
+NOTHING_OWED = np.zeros(0)
 
 
 class LaneTable(Protocol):
@@ -39,6 +42,25 @@ class LaneTable(Protocol):
 
 
 Table = TypeVar("Table", bound=LaneTable)
+
+
+class LaneWork(NamedTuple):
+    """What decides for a memory of lanes in a run.
+
+    Attributes
+    ----------
+    kernel
+        Takes lane groups, numbers, table, short-term memory, inputs, scratch, its own working space
+        and phases to fill in; tells whether all that was learned is finite.
+    params
+        The numbers.
+    space
+        The working space.
+    """
+
+    kernel: Callable[..., bool]
+    params: tuple[Any, ...]
+    space: tuple[Any, ...]
 
 
 class LaneMemory(ABC, Generic[Table]):
@@ -84,7 +106,9 @@ class LaneMemory(ABC, Generic[Table]):
                 mend="train it on this network, with its signal timing",
             )
         # One table serves all intersections: what a change costs there is taken in the mean.
-        self._prepare(max(0.0, 1.0 - float(lost.mean()) / situation.decision_interval_s))
+        after_switch = max(0.0, 1.0 - float(lost.mean()) / situation.decision_interval_s)
+        self._decides = self._work(groups, after_switch)
+        self._compiled: Callable[..., bool] | None = None
 
     @property
     def table(self) -> Table:
@@ -101,18 +125,26 @@ class LaneMemory(ABC, Generic[Table]):
             If what was learned is not a number.
         """
         phases = np.empty(observation.phase.size, np.int32)
-        owed_veh = self._guard.owed_veh(observation)
+        guard = self._guard
+        # As the compiled kernel reads them, whatever the simulator's arrays are.
+        shown = np.ascontiguousarray(observation.phase, np.int32)
         inputs = Inputs(
-            queue_veh=observation.queue_veh.ravel(),
-            approaching_veh=observation.approaching_veh.ravel(),
-            waiting_veh=observation.waiting_veh.ravel(),
-            owed_veh=owed_veh.ravel() if self._guard.needed else owed_veh.ravel()[:0],
-            shown=observation.phase,
-            asked=observation.phase if self._asked is None else self._asked,
+            queue_veh=np.ascontiguousarray(observation.queue_veh, np.int32).ravel(),
+            approaching_veh=np.ascontiguousarray(observation.approaching_veh, np.int32).ravel(),
+            waiting_veh=np.ascontiguousarray(observation.waiting_veh, np.float64).ravel(),
+            owed_veh=guard.owed_veh(observation).ravel() if guard.needed else NOTHING_OWED,
+            shown=shown,
+            asked=shown if self._asked is None else self._asked,
             first=self._asked is None,
         )
-        self._choose(inputs, phases)
-        if not np.isfinite(self.table.residual).all():
+        kernel, params, space = self._decides
+        arguments = (
+            *(self._groups, params, self.table, self._short, inputs, self._scratch, space),
+            phases,
+        )
+        if self._compiled is None:
+            self._compiled = compiled_for(kernel, *arguments)
+        if not self._compiled(*arguments):
             raise DivergedError(self.name, "residuals of lanes", observation.time_s)
         self._asked = phases
         return phases.copy()
@@ -158,18 +190,16 @@ class LaneMemory(ABC, Generic[Table]):
         """Return a saved table, or refuse it."""
 
     @abstractmethod
-    def _prepare(self, after_switch: float) -> None:
-        """Get ready for a run.
+    def _work(self, groups: LaneGroups, after_switch: float) -> LaneWork:
+        """Return what decides in a run.
 
         Parameters
         ----------
+        groups
+            Of the network.
         after_switch
             Part of an interval that is left to a lane whose green begins with it.
         """
-
-    @abstractmethod
-    def _choose(self, inputs: Inputs, phases: IntArray) -> None:
-        """Fill in the phases, and learn."""
 
 
 def _short_term(groups: LaneGroups) -> ShortTerm:

@@ -7,11 +7,12 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from dmil.controllers.lanes.lane_memory import LaneMemory
-from dmil.controllers.lanes.lane_state import STATE_BINS, Inputs
+from dmil.controllers.lanes.lane_groups import LaneGroups
+from dmil.controllers.lanes.lane_memory import LaneMemory, LaneWork
+from dmil.controllers.lanes.lane_state import STATE_BINS
 from dmil.controllers.lanes.lookahead_choice import OUTCOMES, LookaheadParams, Plans, decide
 from dmil.controllers.parameters import parameters_of
-from dmil.controllers.protocol import Arrays, IntArray
+from dmil.controllers.protocol import Arrays
 from dmil.memory.outcomes import OutcomeTable, make_outcome_table, restored_outcomes
 
 
@@ -123,29 +124,17 @@ class LookaheadController(LaneMemory[OutcomeTable]):
     def _restored(self, arrays: Arrays) -> OutcomeTable:
         return restored_outcomes(arrays, self.table)
 
-    def _prepare(self, after_switch: float) -> None:
-        settings, count = self.settings, self._groups.lanes.size
-        self._params = parameters_of(
+    def _work(self, groups: LaneGroups, after_switch: float) -> LaneWork:
+        params = parameters_of(
             LookaheadParams,
-            settings,
-            plan=settings.plan if settings.depth == 2 else 0.0,
+            self.settings,
+            plan=self.settings.plan if self.settings.depth == 2 else 0.0,
             after_switch=after_switch,
         )
-        effects = 3 if self._groups.partly.any() else 2
-        self._plans = Plans(
+        count, effects = groups.lanes.size, 3 if groups.partly.any() else 2
+        plans = Plans(
             cost=np.zeros((count, effects, effects)),
             effect=np.zeros(count, np.uint8),
             known_veh=np.zeros(count, np.float32),
         )
-
-    def _choose(self, inputs: Inputs, phases: IntArray) -> None:
-        decide(
-            self._groups,
-            self._params,
-            self.table,
-            self._short,
-            inputs,
-            self._scratch,
-            self._plans,
-            phases,
-        )
+        return LaneWork(decide, params, plans)

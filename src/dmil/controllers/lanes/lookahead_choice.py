@@ -33,7 +33,13 @@ from dmil.controllers.lanes.lane_state import (
     ShortTerm,
     Single,
 )
-from dmil.memory.outcomes import OutcomeTable, believed, count_outcome, learn_outcome
+from dmil.memory.outcomes import (
+    OutcomeTable,
+    believed,
+    count_outcome,
+    has_numbers_only,
+    learn_outcome,
+)
 
 COST, NEXT = range(2)
 """Outcomes of an interval: mean vehicles waiting in it, vehicles queued at its end."""
@@ -97,7 +103,7 @@ def decide(
     scratch: Scratch,
     plans: Plans,
     phases: IntArray,
-) -> None:
+) -> bool:
     """Choose all phases and learn from the last choice.
 
     Every intersection chooses by what it sees and announces that; then, knowing what its neighbours
@@ -109,6 +115,11 @@ def decide(
         See there; table, short-term memory and scratch change in place.
     phases: (intersections,) int32
         Filled with the choice.
+
+    Returns
+    -------
+    numbers_only: bool
+        Whether all that has been learned is finite.
     """
     note_shown(groups, inputs, scratch)
     aggregate(groups, params.approaching, inputs, scratch)
@@ -133,6 +144,7 @@ def decide(
         _choose(groups, params.terminal, inputs, plans, phases)
     note_treatment(groups, params.after_switch, scratch, phases)
     _learn(groups, params, table, short, inputs, scratch)
+    return has_numbers_only(table)
 
 
 @kernel

@@ -230,6 +230,21 @@ def test_a_table_that_knows_more_ways_is_loaded():
     assert run(new, made, seed=1) == run(old, made, seed=1)
 
 
+def test_arrays_of_an_observation_may_be_laid_out_in_any_way():
+    plain, other = begun(grid(2, 2)), begun(grid(2, 2))
+    shown = np.zeros(4, np.int32)
+    for k in range(5):
+        queue_veh = stream(k).poisson(2.0, (4, 12)).astype(np.int32)
+        seen = Observation(queue_veh, queue_veh, shown, shown, 10 * k, queue_veh / 3)
+        wide, turned = queue_veh.astype(np.int64), np.asfortranarray(queue_veh)
+        spread = np.repeat(queue_veh / 3, 2, axis=1)[:, ::2]
+        as_seen = Observation(wide, turned, shown.astype(np.int64), shown, 10 * k, spread)
+        shown = plain.decide(seen, None)
+        assert other.decide(as_seen, None).tolist() == shown.tolist()
+    for name, array in plain.arrays().items():
+        assert other.arrays()[name].tobytes() == array.tobytes()
+
+
 def test_values_beyond_all_numbers_stop_the_run():
     controller, asked = begun(vehicle=1e38), -1
     with pytest.raises(DivergedError, match=r"'factored' diverged at \d+ s"):
