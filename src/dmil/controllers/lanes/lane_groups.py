@@ -63,6 +63,8 @@ class LaneGroups(NamedTuple):
     ahead: (slots,) uint32
         Link of an intersection that a movement leads to, `links` if it leads out of the network,
         or to where many ways lead on.
+    slots_ahead: (movements of all groups,) uint32
+        The same for ``slots``.
     in_time_veh: (slots,) float32
         Vehicles that a movement discharges in a decision interval of green, lanes that it shares
         counting in part, and that reach the end of the link ahead within it.
@@ -91,6 +93,7 @@ class LaneGroups(NamedTuple):
     flow_offset: Indices
     flows: Indices
     ahead: Indices
+    slots_ahead: Indices
     in_time_veh: Single
     unseen: Single
     all_seen: BoolArray
@@ -162,6 +165,7 @@ def lane_groups(situation: Situation) -> LaneGroups:
         flow_offset=_offsets(flows),
         flows=_flat(flows),
         ahead=ahead,
+        slots_ahead=ahead[_flat(groups)],
         in_time_veh=(capacity_veh * unseen[ahead]).astype(np.float32),
         unseen=unseen,
         all_seen=unseen[link] == 0.0,

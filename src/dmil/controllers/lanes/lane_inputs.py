@@ -94,18 +94,26 @@ def count_arrivals(
     queue lasts, which discharges at saturation flow.
     """
     own_step, after = np.float32(rate_step), np.float32(after_switch)
-    for g in range(groups.lanes.shape[0]):
-        treated, queue_veh, rate_veh = short.treatment[g], scratch.queue_veh[g], short.rate_veh[g]
-        left_veh = green_part(treated, after) * groups.lane_veh[g]
-        joined_veh = max(ZERO, queue_veh - short.queue_veh[g] + left_veh)
-        tells = treated == RED or (treated != PARTLY and queue_veh > ZERO)
-        if use_approaching and groups.all_seen[g]:
-            tells, joined_veh = True, short.expected_veh[g]
-        rated = min(short.rated[g] + ONE, RATED_ENOUGH)
-        step = max(own_step, ONE / (ONE + rated))
+    joined_veh, tells, count = scratch.joined_veh, scratch.tells, groups.lanes.shape[0]
+    for g in range(count):
+        left_veh = green_part(short.treatment[g], after) * groups.lane_veh[g]
+        joined_veh[g] = max(ZERO, scratch.queue_veh[g] - short.queue_veh[g] + left_veh)
+    for g in range(count):
+        treated = short.treatment[g]
+        tells[g] = (treated == RED) | ((treated != PARTLY) & (scratch.queue_veh[g] > ZERO))
+    if use_approaching:
+        for g in range(count):
+            joined_veh[g] = short.expected_veh[g] if groups.all_seen[g] else joined_veh[g]
+        for g in range(count):
+            tells[g] = tells[g] | groups.all_seen[g]
+    for g in range(count):
+        step = max(own_step, ONE / (ONE + min(short.rated[g] + ONE, RATED_ENOUGH)))
         step = own_step if short.rated[g] == RATED_ENOUGH else step
-        short.rated[g] = rated if tells else short.rated[g]
-        short.rate_veh[g] = rate_veh + (step * (joined_veh - rate_veh) if tells else ZERO)
+        rate_veh = short.rate_veh[g]
+        short.rate_veh[g] = rate_veh + (step * (joined_veh[g] - rate_veh) if tells[g] else ZERO)
+    for g in range(count):
+        rated = min(short.rated[g] + ONE, RATED_ENOUGH)
+        short.rated[g] = rated if tells[g] else short.rated[g]
 
 
 @kernel
@@ -167,7 +175,7 @@ def find_waves(groups: LaneGroups, weight: float, scratch: Scratch) -> None:
         first, last = groups.slot_offset[g], groups.slot_offset[g + 1]
         ahead = ZERO
         for place in range(first, last):
-            ahead += green[groups.ahead[groups.slots[place]]]
+            ahead += green[groups.slots_ahead[place]]
         waits = scratch.queue_veh[g] + scratch.expected_veh[g] > ZERO
         wave = np.float32(weight) * ahead / np.float32(last - first)
         scratch.wave[g] = wave if waits else ZERO

@@ -220,6 +220,8 @@ def _scratch(groups: LaneGroups, lookups: npt.NDArray[np.int64]) -> Scratch:
         queue_veh=np.zeros(count, np.float32),
         expected_veh=np.zeros(count, np.float32),
         waiting_veh=np.zeros(count, np.float32),
+        joined_veh=np.zeros(count, np.float32),
+        tells=np.zeros(count, np.uint8),
         row=np.zeros(count, np.uint16),
         shown=np.zeros(count, np.uint8),
         treatment=np.zeros(count, np.uint8),

@@ -77,7 +77,10 @@ class Scratch(NamedTuple):
 
     Attributes
     ----------
-    queue_veh, expected_veh, waiting_veh: float32
+    queue_veh, expected_veh, waiting_veh, joined_veh: float32
+        Seen and expected now; who joined in the interval that ended, as far as one can tell.
+    tells: uint8
+        Whether one can.
     row: uint16
     shown, treatment: uint8
         Treatment by the phase that is shown now: red, kept or partly; by the one that is chosen.
@@ -94,6 +97,8 @@ class Scratch(NamedTuple):
     queue_veh: Single
     expected_veh: Single
     waiting_veh: Single
+    joined_veh: Single
+    tells: ByteArray
     row: RowArray
     shown: ByteArray
     treatment: ByteArray
