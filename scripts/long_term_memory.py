@@ -37,7 +37,6 @@ LONGEST = "unseen=longest-queue"
 VARIANTS = [
     BASE,
     f"{BASE},staging=visits",
-    f"{BASE},stage_untried=true",
     f"{BASE},least_tried=3",
     *(f"{BASE},long_capacity={cap}" for cap in (256, 64, 16)),
     f"{BASE},long_capacity=64,least_tried=3",

@@ -21,7 +21,6 @@ DEFAULTS = {
     "vehicle": 2.0,
     "trust": 0.05,
     "trust_veh": 1.0,
-    "evidence": 0.0,
     "rate_step": 0.02,
 }
 
@@ -178,15 +177,11 @@ class PlainFactored:
         return self.options["vehicle"] * part[treatment] * waiting
 
     def entry(self, row, treatment):
-        return self.table.get((row, treatment), (SINGLE(0), 0, SINGLE(0)))
+        return self.table.get((row, treatment), (SINGLE(0), 0))
 
     def advantage(self, group, treatment):
         green, red = (self.entry(self.row(group), each) for each in (treatment, RED))
         learned = float(green[0]) - float(red[0])
-        doubt = self.options["evidence"] * math.sqrt(
-            sum(float(square) / max(1, times) for _, times, square in (green, red))
-        )
-        learned = math.copysign(max(0.0, abs(learned) - doubt), learned)
         prior = self.prior_gain(group.waiting, treatment)
         most = self.options["trust"] * prior + self.options["trust_veh"]
         return prior + max(-most, min(most, learned))
@@ -268,8 +263,6 @@ class PlainFactored:
         return green - self.options["vehicle"] * waiting + float(self.entry(row, treatment)[0])
 
     def correct(self, row, treatment, error):
-        residual, times, square = self.entry(row, treatment)
+        residual, times = self.entry(row, treatment)
         step = max(0.01, 0.1 / (1 + min(times, 255) / 5) ** 0.6)
-        weight = max(step, 1 / (1 + times))
-        square = square + SINGLE(weight * (error**2 - float(square)))
-        self.table[row, treatment] = residual + SINGLE(step * error), times + 1, square
+        self.table[row, treatment] = residual + SINGLE(step * error), times + 1

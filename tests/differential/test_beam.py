@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from dmil.controllers.beam import AHEAD_INTERVALS, search
-from dmil.controllers.crossing import Crossing
+from dmil.controllers.planner.beam import AHEAD_INTERVALS, search
+from dmil.controllers.planner.crossing import Crossing
 from dmil.scenarios import UniformTiming
 from dmil.seeding import stream
 

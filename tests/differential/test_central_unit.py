@@ -7,10 +7,10 @@ last bit, as in `test_learners`.
 import numpy as np
 import pytest
 
-from dmil.controllers.agents import classes_of as network_classes
-from dmil.controllers.dual_memory import DualMemoryController
-from dmil.controllers.sarsa import SarsaController
-from dmil.controllers.settings import DualMemorySettings, SarsaSettings
+from dmil.controllers.tabular.agents import classes_of as network_classes
+from dmil.controllers.tabular.dual_memory import DualMemoryController
+from dmil.controllers.tabular.sarsa import SarsaController
+from dmil.controllers.tabular.settings import DualMemorySettings, SarsaSettings
 from dmil.memory import ABSENT
 from dmil.seeding import stream
 from dmil.symmetry import EMBEDDINGS

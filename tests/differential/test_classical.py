@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from dmil.controllers import Situation, make_controller
-from dmil.controllers.baselines import covering_phases
-from dmil.controllers.merits import PhaseChoice
+from dmil.controllers.rules.baselines import covering_phases
+from dmil.controllers.rules.phase_choice import PhaseChoice
 from dmil.network import grid
 from dmil.scenarios import SignalTiming
 from dmil.seeding import stream
@@ -71,13 +71,13 @@ def near(seen, i, movements):
     return sum(int(seen.queue_veh[i, j] + seen.approaching_veh[i, j]) for j in movements)
 
 
-def plain_choice(node, merit, shown, cost):
+def plain_choice(node, weight, shown, cost):
     scores = []
     for phase in range(len(node.phases)):
-        score = sum(merit[j] for j in signalled(node, phase))
+        score = sum(weight[j] for j in signalled(node, phase))
         if shown not in (-1, phase):
             left = signalled(node, shown) - signalled(node, phase)
-            score -= cost * max(0, sum(merit[j] for j in left))
+            score -= cost * max(0, sum(weight[j] for j in left))
         scores.append(score)
     best = max(scores)
     if shown >= 0 and scores[shown] >= best - 1e-9:
@@ -87,17 +87,17 @@ def plain_choice(node, merit, shown, cost):
 
 @pytest.mark.parametrize(("name", "seed"), CASES)
 @pytest.mark.parametrize("hysteresis", [0.0, 0.7, 3.0])
-def test_phases_of_the_highest_merit(course, name, seed, hysteresis):
+def test_phases_of_the_highest_score(course, name, seed, hysteresis):
     network, see = course(name, seed)
-    choice, rng = PhaseChoice(network, TIMING, hysteresis), stream(seed, "merits")
+    choice, rng = PhaseChoice(network, TIMING, hysteresis), stream(seed, "weights")
     phases, switched = None, 0
     for decision in range(150):
         seen = see(decision, phases)
-        merit = seen.queue_veh - rng.poisson(1.0, seen.queue_veh.shape) / 3
-        phases = choice.best(merit, seen.phase)
+        weight = seen.queue_veh - rng.poisson(1.0, seen.queue_veh.shape) / 3
+        phases = choice.best(weight, seen.phase)
         for i, node in enumerate(network.intersections):
             shown = int(seen.phase[i])
-            expected = plain_choice(node, merit[i].tolist(), shown, hysteresis * 3 / 7)
+            expected = plain_choice(node, weight[i].tolist(), shown, hysteresis * 3 / 7)
             assert phases[i] == expected
             switched += expected != shown
     assert switched > 0

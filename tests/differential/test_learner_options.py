@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from dmil.controllers import Prior, Situation
-from dmil.controllers.agents import agents_of
-from dmil.controllers.dual_memory import DualMemoryController
-from dmil.controllers.sarsa import SarsaController
-from dmil.controllers.settings import DualMemorySettings, SarsaSettings
+from dmil.controllers.tabular.agents import agents_of
+from dmil.controllers.tabular.dual_memory import DualMemoryController
+from dmil.controllers.tabular.sarsa import SarsaController
+from dmil.controllers.tabular.settings import DualMemorySettings, SarsaSettings
 from dmil.memory import ABSENT
 from dmil.scenarios import SignalTiming
 from dmil.seeding import stream
@@ -146,16 +146,11 @@ class CappedTwin(WithFallback, DualTwin):
             return
         staged = []
         for row in short:
-            zeros = (
-                dict.fromkeys(range(classes.action_count), 0.0) if settings.stage_untried else {}
-            )
-            values = {**zeros, **row["q"]}
-            # Of equal ones what was tried is taken, even where an untried zero comes first.
-            tried = best_of(row["q"])
-            best = tried if row["q"][tried] == max(values.values()) else best_of(values)
+            best = best_of(row["q"])
+            value = row["q"][best]
             if len(row["q"]) >= settings.least_tried:
-                merit = row["n"] if settings.staging == "visits" else values[best]
-                staged.append((merit, row["key"], best, values[best]))
+                merit = row["n"] if settings.staging == "visits" else value
+                staged.append((merit, row["key"], best, value))
         staged.sort(key=lambda each: -each[0])
         self.staged += len(staged)
         for _, staged_key, best, q in staged[: self.part(len(short))]:
@@ -268,10 +263,9 @@ def test_a_capped_dual_memory_is_its_twin(networks, walk, plain_classes, embeddi
 @pytest.mark.parametrize(
     "options",
     [
-        {"stage_untried": True},
-        {"stage_untried": True, "staging": "visits"},
+        {"staging": "visits"},
         {"least_tried": 2},
-        {"least_tried": 3, "stage_untried": True, "unseen": "longest-queue"},
+        {"least_tried": 3, "unseen": "longest-queue"},
     ],
     ids=str,
 )

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from dmil.controllers import Prior, Situation
-from dmil.controllers.agents import agents_of
-from dmil.controllers.dual_memory import DualMemoryController
-from dmil.controllers.sarsa import SarsaController
-from dmil.controllers.settings import DualMemorySettings, SarsaSettings
+from dmil.controllers.tabular.agents import agents_of
+from dmil.controllers.tabular.dual_memory import DualMemoryController
+from dmil.controllers.tabular.sarsa import SarsaController
+from dmil.controllers.tabular.settings import DualMemorySettings, SarsaSettings
 from dmil.scenarios import SignalTiming
 from dmil.seeding import stream
 from dmil.simulation import Observation

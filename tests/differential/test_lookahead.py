@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dmil.controllers import Situation, make_controller
-from dmil.controllers.lookahead_choice import lane_model
+from dmil.controllers.lanes.lookahead_choice import lane_model
 from dmil.network import grid
 from dmil.scenarios import QueueDynamics, Scenario, SignalTiming
 from dmil.seeding import stream

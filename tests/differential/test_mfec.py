@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dmil.controllers import Situation, make_controller
-from dmil.controllers.choice import DRAWS
+from dmil.controllers.tabular.choice import DRAWS
 from dmil.network import grid
 from dmil.scenarios import SignalTiming
 from dmil.seeding import stream

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from dmil.controllers import Situation, make_controller
-from dmil.controllers.announcements import Announcements
-from dmil.controllers.choice import DRAWS
+from dmil.controllers.tabular.announcements import Announcements
+from dmil.controllers.tabular.choice import DRAWS
 from dmil.memory import append, make_rows
 from dmil.memory.patterns import PROBE, find_pattern
 from dmil.network import grid

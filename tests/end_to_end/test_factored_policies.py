@@ -5,7 +5,7 @@ import pytest
 
 from dmil.training import load_policy
 
-TRAIN = ("train", "--scenario", "grid:2x2", "--controller", "factored", "--set", "evidence=0.2")
+TRAIN = ("train", "--scenario", "grid:2x2", "--controller", "factored", "--set", "trust=0.1")
 
 
 @pytest.fixture(scope="module")

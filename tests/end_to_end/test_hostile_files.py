@@ -21,9 +21,9 @@ from tests.unit.cityflow.conftest import crossing_document
 MINE = """
 from pathlib import Path
 
-from dmil.controllers.baselines import MaxPressureController
+from dmil.controllers.rules.baselines import MaxPressureController
 from dmil.controllers.protocol import NO_MEMORY
-from dmil.controllers.settings import MaxPressureSettings
+from dmil.controllers.rules.settings import MaxPressureSettings
 from dmil.rewards import REWARDS
 from dmil.symmetry import EMBEDDINGS
 

@@ -5,8 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dmil.controllers import Situation
-from dmil.controllers.dual_memory import DualMemoryController
-from dmil.controllers.settings import DualMemorySettings
+from dmil.controllers.tabular.dual_memory import DualMemoryController
+from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.memory import (
     ABSENT,
     admit,
@@ -32,7 +32,6 @@ OPTIONS = st.fixed_dictionaries(
         "long_capacity": st.integers(1, 5),
         "short_capacity": st.integers(1, 3),
         "staging": st.sampled_from(["value", "visits"]),
-        "stage_untried": st.booleans(),
         "least_tried": st.integers(1, 3),
         "unseen": st.sampled_from(["random", "longest-queue", "nearest"]),
         "communication": st.booleans(),

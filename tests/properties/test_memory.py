@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dmil.controllers import Situation
-from dmil.controllers.agents import classes_of
-from dmil.controllers.dual_memory import DualMemoryController
-from dmil.controllers.sarsa import SarsaController
-from dmil.controllers.settings import DualMemorySettings, SarsaSettings
+from dmil.controllers.tabular.agents import classes_of
+from dmil.controllers.tabular.dual_memory import DualMemoryController
+from dmil.controllers.tabular.sarsa import SarsaController
+from dmil.controllers.tabular.settings import DualMemorySettings, SarsaSettings
 from dmil.memory import ABSENT, append, look_up, make_rows, make_scratch
 from dmil.network import grid
 from dmil.scenarios import SignalTiming

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dmil.controllers.agents import agents_of, classes_of
+from dmil.controllers.tabular.agents import agents_of, classes_of
 from dmil.memory import look_up, make_scratch, make_value_table, write
 from dmil.network import grid
 from dmil.symmetry import EMBEDDINGS, Embedding, embed, find_group, vary

@@ -1,6 +1,7 @@
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -11,6 +12,7 @@ from dmil import compilation
 from dmil.compilation import (
     allocating_kernel,
     cache_folder,
+    compiled_for,
     is_cold,
     kernel,
     mark_warm,
@@ -110,6 +112,30 @@ def test_kernels_compute_what_their_plain_functions_compute():
     kernel(add_up)(values, found)
     np.testing.assert_array_equal(found, running_total(values))
     np.testing.assert_array_equal(allocating_kernel(running_total)(values), found)
+
+
+class Pair(NamedTuple):
+    values: np.ndarray
+    total: np.ndarray
+
+
+def test_what_is_compiled_for_arguments_does_what_the_kernel_does():
+    @kernel
+    def add_up_pair(pair, more):
+        for i in range(pair.values.size):
+            pair.total[i] += pair.values[i] + more
+        return pair.total.size
+
+    first = Pair(np.arange(3.0), np.zeros(3))
+    entry = compiled_for(add_up_pair, first, 1)
+    assert not first.total.any()
+    assert entry(first, 1) == 3
+    # Others of these types need no other machine code.
+    second = Pair(np.arange(5.0), np.zeros(5))
+    assert entry(second, 2) == 5
+    np.testing.assert_array_equal(first.total, [1, 2, 3])
+    np.testing.assert_array_equal(second.total, [2, 3, 4, 5, 6])
+    assert compiled_for(add_up_pair, second, 7) is entry
 
 
 def test_a_kernel_that_would_allocate_is_not_compiled():

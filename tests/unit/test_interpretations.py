@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel
 
-from dmil.controllers.settings import DualMemorySettings, SarsaSettings
+from dmil.controllers.tabular.settings import DualMemorySettings, SarsaSettings
 from dmil.interpretations import INTERPRETATIONS, MEANING, TOPICS, interpretations_markdown, mark
 from dmil.studies.paper.settings import PRESETS, PaperStudySettings, Preset
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from dmil.controllers.baselines import (
+from dmil.controllers.protocol import Situation
+from dmil.controllers.rules.baselines import (
     FixedCycleController,
     LongestQueueFirstController,
     MaxPressureController,
     RandomController,
 )
-from dmil.controllers.protocol import Situation
 from dmil.scenarios import scenario
 from dmil.seeding import stream
 from dmil.simulation import QueueSimulator

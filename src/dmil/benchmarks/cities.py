@@ -14,7 +14,7 @@ import numpy as np
 
 from dmil.benchmarks.figures import Figure
 from dmil.controllers import Situation
-from dmil.controllers.factored import FactoredController
+from dmil.controllers.lanes.factored import FactoredController
 from dmil.controllers.protocol import FloatArray, IntArray
 from dmil.network import grid
 from dmil.scenarios import SignalTiming

@@ -17,9 +17,9 @@ import numpy.typing as npt
 from dmil.benchmarks.figures import Figure
 from dmil.compilation import kernel
 from dmil.controllers import Situation
-from dmil.controllers.agents import classes_of
-from dmil.controllers.sarsa import SarsaController
-from dmil.controllers.settings import SarsaSettings
+from dmil.controllers.tabular.agents import classes_of
+from dmil.controllers.tabular.sarsa import SarsaController
+from dmil.controllers.tabular.settings import SarsaSettings
 from dmil.memory import ABSENT, Rows, Scratch, append, look_up, make_rows, make_scratch
 from dmil.rewards import REWARDS
 from dmil.scenarios import scenario

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from dmil.benchmarks.figures import Figure
 from dmil.benchmarks.lookups import SCENARIO, visited_states
 from dmil.compilation import kernel
-from dmil.controllers.by_shape import signalled_columns
+from dmil.controllers.episodic.by_shape import signalled_columns
 from dmil.memory.dictionary import recall_mean
 from dmil.memory.episodic import estimate
 from dmil.memory.neighbours import (

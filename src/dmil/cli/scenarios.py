@@ -11,7 +11,7 @@ import typer
 from dmil.cli.help import Command
 from dmil.cli.options import Debug, Json
 from dmil.cli.terminal import entries, print_json, show
-from dmil.controllers.agents import agents_of
+from dmil.controllers.tabular.agents import agents_of
 from dmil.scenarios import Scenario, scenario_names
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.training import vehicles_of_seed

@@ -1,6 +1,5 @@
 """Controllers: the protocol, the table of names, one file per controller."""
 
-from dmil.controllers.prior import Prior
 from dmil.controllers.protocol import (
     NO_MEMORY,
     Controller,
@@ -9,6 +8,7 @@ from dmil.controllers.protocol import (
     Situation,
 )
 from dmil.controllers.registry import CONTROLLERS, check_controller, make_controller, make_settings
+from dmil.controllers.tabular.prior import Prior
 
 __all__ = [
     "CONTROLLERS",

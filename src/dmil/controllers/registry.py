@@ -8,14 +8,6 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from dmil.controllers.baselines import (
-    ActuatedController,
-    FixedCycleController,
-    LongestQueueFirstController,
-    MaxPressureController,
-    ProgramController,
-    RandomController,
-)
 from dmil.controllers.deep import on_demand
 from dmil.controllers.deep.settings import (
     DqnSettings,
@@ -24,25 +16,32 @@ from dmil.controllers.deep.settings import (
     PrioritisedSettings,
     VdnSettings,
 )
-from dmil.controllers.dual_memory import DualMemoryController
-from dmil.controllers.factored import FactoredController, FactoredSettings
-from dmil.controllers.foresight import ForesightController, ForesightSettings
-from dmil.controllers.gap_out import GapOutController, GapOutSettings
-from dmil.controllers.lookahead import LookaheadController, LookaheadSettings
-from dmil.controllers.mfec import MfecController, MfecSettings
-from dmil.controllers.plmp import PlmpController, PlmpSettings
-from dmil.controllers.prior import Prior
+from dmil.controllers.episodic.mfec import MfecController, MfecSettings
+from dmil.controllers.episodic.plmp import PlmpController, PlmpSettings
+from dmil.controllers.lanes.factored import FactoredController, FactoredSettings
+from dmil.controllers.lanes.lookahead import LookaheadController, LookaheadSettings
+from dmil.controllers.planner.foresight import ForesightController, ForesightSettings
 from dmil.controllers.protocol import Controller
-from dmil.controllers.sarsa import SarsaController
-from dmil.controllers.settings import (
-    DualMemorySettings,
+from dmil.controllers.rules.baselines import (
+    ActuatedController,
+    FixedCycleController,
+    LongestQueueFirstController,
+    MaxPressureController,
+    ProgramController,
+    RandomController,
+)
+from dmil.controllers.rules.gap_out import GapOutController, GapOutSettings
+from dmil.controllers.rules.settings import (
     FixedCycleSettings,
     LongestQueueFirstSettings,
     MaxPressureSettings,
-    SarsaSettings,
 )
-from dmil.controllers.sotl import SotlController, SotlSettings
-from dmil.controllers.webster import WebsterController, WebsterSettings
+from dmil.controllers.rules.sotl import SotlController, SotlSettings
+from dmil.controllers.rules.webster import WebsterController, WebsterSettings
+from dmil.controllers.tabular.dual_memory import DualMemoryController
+from dmil.controllers.tabular.prior import Prior
+from dmil.controllers.tabular.sarsa import SarsaController
+from dmil.controllers.tabular.settings import DualMemorySettings, SarsaSettings
 from dmil.errors import InputError, unknown_name
 from dmil.importing import import_object
 

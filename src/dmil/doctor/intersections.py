@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from string import ascii_uppercase
 
-from dmil.controllers.agents import Agents, agents_of
+from dmil.controllers.tabular.agents import Agents, agents_of
 from dmil.doctor.case import Case
 from dmil.doctor.load import Load
 from dmil.doctor.roads import side_names

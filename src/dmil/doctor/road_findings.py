@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from dmil.controllers.shared_lanes import rivals_of_lanes
+from dmil.controllers.rules.shared_lanes import rivals_of_lanes
 from dmil.doctor.case import Case, SumoFacts
 from dmil.doctor.findings import Finding, finding
 from dmil.doctor.kind import Severity

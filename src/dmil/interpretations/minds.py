@@ -138,8 +138,6 @@ AGENTS = on(
         "“best action”, “best reward”",
         "its best tried action and that Q: an untried 0 is not staged",
         "A",
-        "stage_untried",
-        "--set stage_untried=true",
     ),
     (
         "κ",

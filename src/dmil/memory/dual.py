@@ -41,8 +41,6 @@ class DualMemory(NamedTuple):
         algorithm).
     stage_period: int
         T_stage: stage after this many writes instead of when full; 0 for the rule "when full".
-    stage_untried: bool
-        Whether an untried action with its Q of 0 may be the best of a row that is staged.
     least_tried: int
         How many actions of a class must have been tried before short-term memory tells or stages
         the best of them.
@@ -57,7 +55,6 @@ class DualMemory(NamedTuple):
     significance: float
     stage_by_visits: bool
     stage_period: int
-    stage_untried: bool = False
     least_tried: int = 1
     admission: Admission = NO_CAP
 

@@ -7,7 +7,6 @@ learned beyond what is believed of a part that nobody has seen (the prior, which
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -22,8 +21,6 @@ STEPS = np.maximum(0.01, 0.1 / (1.0 + np.arange(256) / 5.0) ** 0.6)
 
 MOST = np.iinfo(np.uint16).max
 """Entries learned more often are counted no further."""
-WEIGHTS = np.maximum(STEPS, 1.0 / (1.0 + np.arange(256)))
-"""Weight of an entry's n-th squared error; the first is taken as it is."""
 
 Single = npt.NDArray[np.float32]
 
@@ -36,14 +33,10 @@ class FactoredTable(NamedTuple):
     residual: (rows, columns) float32
     times: (rows, columns) uint16
         How often an entry was learned, at most `MOST`.
-    square: (rows, columns) float32, or (0, 0)
-        Mean squared error of an entry's last predictions; only for who wants to know how sure it
-        is.
     """
 
     residual: Single
     times: npt.NDArray[np.uint16]
-    square: Single
 
     @property
     def entries(self) -> int:
@@ -56,13 +49,11 @@ class FactoredTable(NamedTuple):
         return sum(array.nbytes for array in self)
 
 
-def make_factored_table(rows: int, columns: int, *, with_errors: bool = False) -> FactoredTable:
+def make_factored_table(rows: int, columns: int) -> FactoredTable:
     """Return a table that has learned nothing (ours)."""
-    shape = rows, columns
     return FactoredTable(
-        residual=np.zeros(shape, np.float32),
-        times=np.zeros(shape, np.uint16),
-        square=np.zeros(shape if with_errors else (0, 0), np.float32),
+        residual=np.zeros((rows, columns), np.float32),
+        times=np.zeros((rows, columns), np.uint16),
     )
 
 
@@ -78,13 +69,10 @@ def restored_table(arrays: Mapping[str, npt.NDArray[Any]], like: FactoredTable) 
     saved = arrays.get("residual")
     if saved is not None and saved.ndim == 2:
         columns = max(columns, saved.shape[1])
-    like = make_factored_table(rows, columns, with_errors=like.square.size > 0)
-    least = {"square": 0.0}
+    like = make_factored_table(rows, columns)
     return FactoredTable(
         *(
-            saved_array(
-                arrays, name, array.shape, array.dtype, least=least.get(name, -np.inf)
-            ).copy()
+            saved_array(arrays, name, array.shape, array.dtype).copy()
             for name, array in like._asdict().items()
         )
     )
@@ -97,23 +85,13 @@ def learn_part(table: FactoredTable, row: int, column: int, error: float) -> Non
     step = STEPS[min(times, STEPS.size - 1)]
     table.residual[row, column] += np.float32(step * error)
     table.times[row, column] = np.uint16(min(times + 1, MOST))
-    if table.square.shape[0] > 0:
-        past = table.square[row, column]
-        weight = WEIGHTS[min(times, WEIGHTS.size - 1)]
-        table.square[row, column] = past + np.float32(weight * (error * error - past))
 
 
 @kernel
-def surely(table: FactoredTable, row: int, column: int, other: int, errors: float) -> float:
-    """Return how much more an entry is than another, less so many standard errors (ours).
-
-    Of less than that nothing is left; without errors in the table it is the plain difference.
-    """
-    difference = float(table.residual[row, column]) - float(table.residual[row, other])
-    if errors == 0.0 or table.square.shape[0] == 0:
-        return difference
-    doubt = 0.0
-    for each in (column, other):
-        doubt += float(table.square[row, each]) / max(1.0, float(table.times[row, each]))
-    doubt = errors * math.sqrt(doubt)
-    return math.copysign(max(0.0, abs(difference) - doubt), difference)
+def has_numbers_only(table: FactoredTable) -> bool:
+    """Tell whether no residual is infinite or no number (ours)."""
+    others = 0
+    for row in range(table.residual.shape[0]):
+        for column in range(table.residual.shape[1]):
+            others += not np.isfinite(table.residual[row, column])
+    return others == 0

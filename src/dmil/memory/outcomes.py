@@ -98,3 +98,14 @@ def believed(table: OutcomeTable, row: int, column: int, outcome: int, trust: fl
     if times == 0.0:
         return 0.0
     return float(table.residual[row, column, outcome]) * (times / (times + trust))
+
+
+@kernel
+def has_numbers_only(table: OutcomeTable) -> bool:
+    """Tell whether no residual is infinite or no number (ours)."""
+    others = 0
+    for row in range(table.residual.shape[0]):
+        for column in range(table.residual.shape[1]):
+            for outcome in range(table.residual.shape[2]):
+                others += not np.isfinite(table.residual[row, column, outcome])
+    return others == 0

@@ -104,7 +104,7 @@ def stage(memory: DualMemory, classes: Classes, owner: int, shape: int, scratch:
     for _ in range(wanted):
         chosen, chosen_action, chosen_merit = ABSENT, ABSENT, 0.0
         for row in range(size):
-            action = _staged_action(memory, owner, row, classes.phase_count[shape])
+            action = best_compared(memory, owner, row, classes.phase_count[shape])
             if action == ABSENT:
                 continue
             merit = short.value[owner, row, action]
@@ -129,18 +129,6 @@ def stage(memory: DualMemory, classes: Classes, owner: int, shape: int, scratch:
         # A row without tried actions is not chosen again.
         forget_values(short, owner, chosen)
     clear_values(short, owner)
-
-
-@kernel
-def _staged_action(memory: DualMemory, owner: int, row: int, count: int) -> int:
-    """Return the best action of a row, `ABSENT` if it has none to stage (any more)."""
-    best = best_compared(memory, owner, row, count)
-    if best != ABSENT and memory.stage_untried:
-        for action in range(count):
-            # What was not tried is 0.
-            if memory.short.value[owner, row, action] > memory.short.value[owner, row, best]:
-                best = action
-    return best
 
 
 @kernel

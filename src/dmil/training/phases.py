@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from dmil.controllers import Controller, Prior
-from dmil.controllers.sarsa import SarsaController
-from dmil.controllers.settings import SarsaSettings
+from dmil.controllers.tabular.sarsa import SarsaController
+from dmil.controllers.tabular.settings import SarsaSettings
 from dmil.rewards import Reward
 from dmil.scenarios import Scenario
 from dmil.seeding import simulator_seed, stream

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 import dmil
 from dmil.controllers import CONTROLLERS, MemoryController, Situation, make_controller
-from dmil.controllers.agents import agents_of
+from dmil.controllers.tabular.agents import agents_of
 from dmil.errors import InputError, PolicyError
 from dmil.files import write_atomically
 from dmil.importing import check_trusted
@@ -26,6 +26,11 @@ FORMAT_VERSION = 1
 HEADER = "header"
 KEYED_BY = {"embedding", "scale_levels", "tolerance", "announced"}
 """Options that say under which key a state stands: what was learned is found by no other."""
+RETIRED: dict[str, dict[str, float]] = {
+    "factored": {"evidence": 0.0},
+    "dual-memory": {"stage_untried": False},
+}
+"""Options that controllers had once, with the value that changed nothing: all default to it."""
 HEADER_FIELDS = {
     "controller": str,
     "options": dict,
@@ -142,7 +147,8 @@ def load_policy(path: Path) -> Policy:
     Raises
     ------
     PolicyError
-        If the file is missing, damaged, no policy, or of another version of the format.
+        If the file is missing, damaged, no policy, of another version of the format, or trained
+        with an option that is gone.
     InputError
         If it names a controller, reward or embedding by an import path that is not trusted, see
         `dmil.trust`.
@@ -187,8 +193,23 @@ def load_policy(path: Path) -> Policy:
             where=where,
             expected="a file as dmil train wrote it",
         ) from None
+    header["options"] = _without_retired(header["controller"], header["options"], where)
     known = {key: header[key] for key in HEADER_FIELDS}
     return Policy(**known, arrays=arrays, reward_constants=constants)
+
+
+def _without_retired(controller: str, options: dict[str, Any], where: str) -> dict[str, Any]:
+    """Leave out options that are gone; refuse what was learned with one that had an effect."""
+    retired = RETIRED.get(controller, {})
+    for name in retired.keys() & options.keys():
+        if options[name] != retired[name]:
+            raise PolicyError(
+                f"it was trained with {name} = {options[name]!r}, an option that is gone",
+                where=where,
+                expected=f"{name} = {retired[name]!r}, as it was by default",
+                mend="train it again with this version of dmil",
+            )
+    return {name: value for name, value in options.items() if name not in retired}
 
 
 def controller_of(

@@ -90,14 +90,6 @@ def test_counters_stop_and_are_halved():
     assert set(np.unique(admission.counts)) <= {0, 7, 7 << 4, 7 | 7 << 4}
 
 
-def test_untried_actions_may_be_staged_if_asked_for():
-    # The literal "highest Q" of a row with zeros: every bad row looks as good as nothing.
-    agent = Example(stage_untried=True)
-    for count, value in ((0, -4.0), (10, -1.0), (20, 3.0), (30, -2.0)):
-        agent.insert((count, count), 0, value)
-    assert agent.long == [((20, 20), 0, 3.0), ((0, 0), 1, 0.0)]
-
-
 def test_a_meeting_keeps_what_all_together_met_most():
     capacity, members = 2, np.array([0, 2], np.int32)
     classes = CLASSES._replace(shape=np.zeros(3, np.int32))

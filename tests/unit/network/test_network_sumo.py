@@ -5,7 +5,7 @@ from itertools import combinations
 
 import pytest
 
-from dmil.controllers.agents import agents_of
+from dmil.controllers.tabular.agents import agents_of
 from dmil.network import check_network, read_sumo_network
 from tests.unit.network.conftest import ONE
 

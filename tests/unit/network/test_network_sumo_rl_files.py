@@ -4,7 +4,7 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-from dmil.controllers.agents import agents_of
+from dmil.controllers.tabular.agents import agents_of
 from dmil.errors import NetworkError
 from dmil.network import TURNS, read_sumo_network
 from tests.unit.network.conftest import nets_of_sumo_rl

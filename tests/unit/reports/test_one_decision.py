@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dmil.controllers.choice import uniform_action
+from dmil.controllers.tabular.choice import uniform_action
 from dmil.memory import ABSENT, look_up
 from dmil.reports.one_decision.page import best_story, markdown_of, shown_trace
 from dmil.reports.one_decision.words import decimal, subtracted, wrapped

@@ -6,7 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from dmil.controllers.agents import classes_of
+from dmil.controllers.tabular.agents import classes_of
 from dmil.errors import InputError, UnknownNameError
 from dmil.network import grid
 from dmil.seeding import stream

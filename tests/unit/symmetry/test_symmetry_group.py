@@ -5,7 +5,7 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from dmil.controllers.agents import agents_of
+from dmil.controllers.tabular.agents import agents_of
 from dmil.network import Intersection, Link, Movement, RoadNetwork, grid
 from dmil.symmetry import find_group
 from dmil.symmetry.group import MOST_SIDES

@@ -9,7 +9,7 @@ import pytest
 
 from dmil import scenario
 from dmil.controllers import CONTROLLERS, NO_MEMORY, MemoryUse, make_controller
-from dmil.controllers.baselines import LongestQueueFirstController, RandomController
+from dmil.controllers.rules.baselines import LongestQueueFirstController, RandomController
 from dmil.testing import ConformanceError, ControllerRule, check_controller
 
 LEARNERS = ("sarsa", "dual-memory")

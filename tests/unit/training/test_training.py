@@ -1,6 +1,7 @@
 """The loop, the training phases and policies in files."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from dmil.training import (
     train_prior,
     vehicles_of_seed,
 )
-from dmil.training.policies import shapes_of
+from dmil.training.policies import RETIRED, shapes_of
 
 SCENARIO = scenario("grid:1x2", horizon_s=120)
 REWARD = make_reward("entropy")
@@ -182,3 +183,37 @@ def test_a_policy_of_another_shape_names_the_intersection():
     second = SCENARIO.network.intersections[1].id
     with pytest.raises(PolicyError, match=f"another shape at intersection '{second}'"):
         controller_of(wrong, SCENARIO.network, where="policy.npz")
+
+
+@pytest.mark.parametrize("name", RETIRED)
+def test_a_policy_with_an_option_that_is_gone_loads_where_it_changed_nothing(name, tmp_path):
+    path = tmp_path / "old.npz"
+    made = make_controller(name)
+    train(SCENARIO, made, REWARD, 3, episodes=range(1))
+    old = policy_of(made, SCENARIO.network, name=name, options={}, reward="entropy", training={})
+    arrays = old.arrays
+    if name == "factored":
+        # What it kept with the option, and without it as an empty array.
+        arrays = {**arrays, "square": np.zeros((0, 0), np.float32)}
+    save_policy(replace(old, options={"learning": False, **RETIRED[name]}, arrays=arrays), path)
+    loaded = load_policy(path)
+    assert loaded.options == {"learning": False}
+    restored = controller_of(loaded, SCENARIO.network, where=str(path)).arrays()
+    assert {key: array.tobytes() for key, array in restored.items()} == {
+        key: array.tobytes() for key, array in old.arrays.items()
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "option", "value"),
+    [("factored", "evidence", 0.5), ("dual-memory", "stage_untried", True)],
+)
+def test_a_policy_that_an_option_which_is_gone_has_shaped_is_one_clear_error(
+    name, option, value, tmp_path
+):
+    path = tmp_path / "old.npz"
+    save_policy(replace(policy(trained(range(1))), controller=name, options={option: value}), path)
+    with pytest.raises(
+        PolicyError, match=rf"old\.npz.*trained with {option} = {value}.*gone.*again"
+    ):
+        load_policy(path)

@@ -7,9 +7,9 @@ from abc import abstractmethod
 import numpy as np
 import numpy.typing as npt
 
-from dmil.controllers.by_shape import SharedLearner
 from dmil.controllers.deep.network import one_thread
 from dmil.controllers.deep.settings import DeepSettings
+from dmil.controllers.episodic.by_shape import SharedLearner
 from dmil.controllers.protocol import FloatArray, IntArray, Situation
 from dmil.errors import DivergedError
 from dmil.simulation import Observation

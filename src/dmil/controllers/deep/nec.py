@@ -16,8 +16,8 @@ from dmil.controllers.deep.learner import NetworkLearner
 from dmil.controllers.deep.network import Adam, Mlp, one_thread
 from dmil.controllers.deep.q_network import features
 from dmil.controllers.deep.settings import NecSettings
+from dmil.controllers.episodic.returns import ReturnWindow, best_tried
 from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
-from dmil.controllers.returns import ReturnWindow, best_tried
 from dmil.memory.dictionary import gather, recall_mean, write_towards
 from dmil.memory.neighbours import (
     Entries,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from dmil.controllers.by_shape import SharedSettings
+from dmil.controllers.episodic.by_shape import SharedSettings
 
 
 class DeepSettings(SharedSettings):

@@ -94,7 +94,6 @@ OWN_RANGES: dict[str, dict[str, Range | Choice | None]] = {
         "mu_veh": Range(0, 5, whole=True),
     },
     "factored": {
-        "evidence": Range(0.05, 5, log=True),
         "rate_step": Range(0.005, 0.2, log=True),
         "trust": Range(0.005, 0.5, log=True),
         "trust_veh": Range(0.1, 10, log=True),
@@ -129,7 +128,6 @@ NOT_TUNED = {
     "rates",
     "sent",
     "shared",
-    "stage_untried",
     "staging",
     "trigger",
     "unseen",

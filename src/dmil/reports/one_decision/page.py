@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dmil.controllers.settings import DualMemorySettings
+from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.memory import ABSENT
 from dmil.reports.one_decision import knowing, learning
 from dmil.reports.one_decision.story import Story

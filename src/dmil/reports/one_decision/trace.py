@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmil.controllers import Prior
-from dmil.controllers.agents import agents_of, classes_of
-from dmil.controllers.choice import explores
-from dmil.controllers.dual_memory import DualMemoryController
-from dmil.controllers.settings import DualMemorySettings
+from dmil.controllers.tabular.agents import agents_of, classes_of
+from dmil.controllers.tabular.choice import explores
+from dmil.controllers.tabular.dual_memory import DualMemoryController
+from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.memory import (
     ABSENT,
     BestTable,

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.controllers import Situation
-from dmil.controllers.choice import DRAWS
-from dmil.controllers.dual_memory import DualMemoryController
+from dmil.controllers.tabular.choice import DRAWS
+from dmil.controllers.tabular.dual_memory import DualMemoryController
 from dmil.memory import DualMemory
 from dmil.simulation import Observation
 
@@ -29,7 +29,7 @@ class Moment:
     reward: (agents,) float64 or None
         Reward of the last actions.
     draws: (agents, 3) float64
-        See `dmil.controllers.choice.DRAWS`.
+        See `dmil.controllers.tabular.choice.DRAWS`.
     memory
         Memories as they were before the decision.
     action: (agents,) int32

@@ -7,7 +7,7 @@ from itertools import chain
 from typing import Any
 
 from dmil.analysis.panel import ordered
-from dmil.controllers.settings import DualMemorySettings
+from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.reports.configuration import find_value
 from dmil.reports.figure import Figure, figure, slug
 from dmil.reports.marks import Chart

@@ -10,7 +10,7 @@ import markupsafe
 import polars as pl
 
 from dmil.analysis.verdicts import FEWEST_SEEDS
-from dmil.controllers.settings import DualMemorySettings
+from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.errors import unknown_name
 from dmil.reports.configuration import configuration_rows
 from dmil.reports.figure import Figure

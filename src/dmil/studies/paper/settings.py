@@ -10,7 +10,7 @@ from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from dmil.controllers.settings import DualMemorySettings, SarsaSettings
+from dmil.controllers.tabular.settings import DualMemorySettings, SarsaSettings
 from dmil.demand import Ties
 from dmil.experiments.checks import SET_BY_THE_STUDY
 from dmil.interpretations import mark

@@ -6,7 +6,7 @@ from typing import Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from dmil.controllers.settings import DualMemorySettings, SarsaSettings
+from dmil.controllers.tabular.settings import DualMemorySettings, SarsaSettings
 from dmil.experiments.checks import SET_BY_THE_STUDY
 from dmil.scenarios.resco import PREFIX, RESCO
 

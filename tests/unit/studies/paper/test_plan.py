@@ -4,7 +4,7 @@ from collections import Counter
 
 import pytest
 
-from dmil.controllers.settings import DualMemorySettings
+from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.errors import InputError
 from dmil.experiments.checks import check_horizon
 from dmil.studies import PRESETS, PaperStudySettings

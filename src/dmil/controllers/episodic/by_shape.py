@@ -1,0 +1,242 @@
+"""What learners share whose memory belongs to all intersections of one shape.
+
+Their states are the vehicles queued on the movements that need a signal: the others are always
+served, so no choice depends on them.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from dmil.compilation import kernel
+from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
+from dmil.controllers.tabular.agents import Agents, agents_of
+from dmil.controllers.tabular.choice import DRAWS, explores, greedy_action, uniform_action
+from dmil.errors import DivergedError, PolicyError
+from dmil.memory.neighbours import KeyArray
+from dmil.memory.saved import saved_array
+from dmil.network import RoadNetwork
+from dmil.simulation import Observation
+
+DECISIONS = "decisions"
+LARGEST_VEH = 4095
+"""Counts above are taken for this: squares of sums up to it are whole in 32-bit floats."""
+
+
+class SharedSettings(BaseModel):
+    """What all of these learners are told."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    approaching: bool = Field(
+        default=False, description="Whether the vehicles that approach are part of the state, too."
+    )
+    training_decisions: int = Field(
+        default=3600,
+        ge=1,
+        description="Decisions that training is planned to take, which the schedules are parts of: "
+        "by default 10 episodes of an hour, decisions every 10 s.",
+    )
+    epsilon_first: float = Field(
+        default=1.0, ge=0, le=1, description="ε at the first decision of the training."
+    )
+    epsilon_last: float = Field(default=0.05, ge=0, le=1, description="ε in the end.")
+    exploration_part: float = Field(
+        default=0.2, gt=0, le=1, description="Part of the training in which ε falls, linearly."
+    )
+    learning: bool = Field(
+        default=True,
+        description="Whether it explores and learns; off for a frozen evaluation, greedy.",
+    )
+
+
+class SharedLearner(ABC):
+    """One agent per intersection; agents of one shape have one memory, which is its subclass's.
+
+    Parameters
+    ----------
+    name
+        Name of the controller, for errors.
+    settings
+        What all of them share.
+    """
+
+    def __init__(self, name: str, settings: SharedSettings) -> None:
+        self._name = name
+        self._shared_settings = settings
+        self._agents: Agents | None = None
+        # Decisions that were learned from, over all runs.
+        self._decisions = 0
+
+    def begin(self, situation: Situation) -> None:
+        """Get ready for a run; what was learned in an earlier run on the same shapes stays.
+
+        Raises
+        ------
+        PolicyError
+            If this controller learned on intersections of other shapes.
+        """
+        network = situation.network
+        agents, before = agents_of(network), self._agents
+        if before is not None and before.signatures != agents.signatures:
+            raise PolicyError(
+                "it learned on intersections of other shapes",
+                where=f"controller on network '{network.name}'",
+                expected="the network that it learned on, or one of the same shapes in its order",
+                mend="make a new controller for another network",
+            )
+        self._agents = agents
+        self._situation, self._rng = situation, situation.rng
+        self._columns, self._there = signalled_columns(network)
+        self._phase_count = np.array([len(i.phases) for i in network.intersections], np.int32)
+        if before is None:
+            self._start(situation)
+
+    @property
+    def agents(self) -> Agents:
+        """The agents that this controller controls."""
+        assert self._agents is not None, "begin comes before anything else"
+        return self._agents
+
+    @property
+    def epsilon(self) -> float:
+        """Chance of a random action now: it falls linearly, and is 0 for who does not learn."""
+        settings = self._shared_settings
+        if not settings.learning:
+            return 0.0
+        falls = settings.exploration_part * settings.training_decisions
+        left = max(0.0, 1.0 - self._decisions / falls)
+        return settings.epsilon_last + left * (settings.epsilon_first - settings.epsilon_last)
+
+    @property
+    def places(self) -> int:
+        """Numbers in a state."""
+        return int(self._columns.shape[1]) * (2 if self._shared_settings.approaching else 1)
+
+    def states(self, observation: Observation) -> IntArray:
+        """Return the states of all agents: (agents, places) int32."""
+        queue = self.signalled(observation.queue_veh)
+        if not self._shared_settings.approaching:
+            return queue
+        return np.hstack([queue, self.signalled(observation.approaching_veh)])
+
+    def signalled(self, counts: IntArray) -> IntArray:
+        """Take the columns of movements that need a signal, and 0 where there are fewer."""
+        found: IntArray = np.take_along_axis(counts, self._columns, axis=1) * self._there
+        return np.minimum(found, np.int32(LARGEST_VEH))
+
+    def choose(self, value: FloatArray, time_s: int) -> IntArray:
+        """Choose ε-greedily, of equally good actions one at random.
+
+        Parameters
+        ----------
+        value: (agents, actions) float64
+            Infinite where an action was never tried.
+        time_s: int
+            Time since the run began, for errors.
+
+        Returns
+        -------
+        action: (agents,) int32
+
+        Raises
+        ------
+        DivergedError
+            If a value is not a number.
+        """
+        if np.isnan(value).any():
+            raise DivergedError(self._name, "values of the phases", time_s)
+        action = np.zeros(value.shape[0], np.int32)
+        draws = self._rng.random((value.shape[0], DRAWS))
+        alike = np.arange(value.shape[1], dtype=np.int32)
+        choose_all(value, self._phase_count, alike, draws, self.epsilon, action)
+        return action
+
+    def use_of(self, entries: IntArray, bytes_total: int) -> MemoryUse:
+        """Return the memory in use.
+
+        Parameters
+        ----------
+        entries: (shapes,) int
+            Entries of each shape's memory.
+        bytes_total: int
+            Their memory, in bytes.
+        """
+        mean = float(entries[self.agents.shape].mean())
+        return MemoryUse(0.0, 0.0, mean, mean, int(entries.sum()), bytes_total)
+
+    def _with_decisions(self, arrays: Arrays) -> Arrays:
+        return {**arrays, DECISIONS: np.array([self._decisions], np.int64)}
+
+    def _take_decisions(self, arrays: Arrays) -> None:
+        """Go on counting decisions from a saved number.
+
+        Raises
+        ------
+        PolicyError
+            If there is none.
+        """
+        self._decisions = int(saved_array(arrays, DECISIONS, (1,), np.int64, least=0)[0])
+
+    @abstractmethod
+    def _start(self, situation: Situation) -> None:
+        """Make the memories to start from."""
+
+
+def signalled_columns(network: RoadNetwork) -> tuple[IntArray, IntArray]:
+    """Return the movements that need a signal (ours).
+
+    Returns
+    -------
+    columns, there: (intersections, places) int32
+        Movements, and 1; both 0 where an intersection has fewer than others.
+    """
+    needing = [
+        [j for j in range(len(item.movements)) if j not in item.unsignalled]
+        for item in network.intersections
+    ]
+    shape = len(needing), max(1, max(map(len, needing)))
+    columns, there = np.zeros(shape, np.int32), np.zeros(shape, np.int32)
+    for i, movements in enumerate(needing):
+        columns[i, : len(movements)] = movements
+        there[i, : len(movements)] = 1
+    return columns, there
+
+
+def as_keys(states: IntArray) -> KeyArray:
+    """Return states as keys of entries (ours)."""
+    return states.astype(np.float32)
+
+
+@kernel
+def choose_all(
+    value: FloatArray,
+    phase_count: IntArray,
+    alike: IntArray,
+    draws: FloatArray,
+    epsilon: float,
+    action: IntArray,
+) -> None:
+    """Choose ε-greedily for all agents.
+
+    Parameters
+    ----------
+    value: (agents, actions) float64
+    phase_count: (agents,) int32
+    alike: (actions,) int32
+        0, 1, 2 …
+    draws: (agents, 3) float64
+        See `dmil.controllers.tabular.choice.DRAWS`.
+    epsilon: float
+    action: (agents,) int32
+        Filled in place.
+    """
+    for agent in range(value.shape[0]):
+        count = phase_count[agent]
+        if explores(draws[agent], epsilon):
+            action[agent] = uniform_action(draws[agent, 1], count)
+        else:
+            action[agent] = greedy_action(value[agent], alike, count, draws[agent, 2])

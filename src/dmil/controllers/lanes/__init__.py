@@ -1,0 +1,1 @@
+"""Learners that remember lanes: one small table serves every lane of the network."""

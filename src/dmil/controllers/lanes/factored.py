@@ -1,0 +1,103 @@
+"""Factored dual memory: values of lanes add up, one small table serves every lane."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from dmil.controllers.lanes.factored_choice import ROWS, FactoredParams, decide, make_gains
+from dmil.controllers.lanes.lane_groups import LaneGroups
+from dmil.controllers.lanes.lane_memory import LaneMemory, LaneWork
+from dmil.controllers.parameters import parameters_of
+from dmil.controllers.protocol import Arrays
+from dmil.memory.factored import FactoredTable, make_factored_table, restored_table
+
+
+class FactoredSettings(BaseModel):
+    """Factored dual memory."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    approaching: bool = Field(
+        default=True, description="Whether vehicles that arrive within the interval are seen."
+    )
+    rates: bool = Field(
+        default=True,
+        description="Whether rows tell lanes of different arrival rates apart; without, there is "
+        "no short-term memory in a row.",
+    )
+    expected: float = Field(
+        default=0.3,
+        ge=0,
+        le=1,
+        description="Weight of a vehicle that is not seen yet and expected within the interval, by "
+        "the announcement of the intersection before or by the arrival rate; 0: none.",
+    )
+    wave: float = Field(
+        default=0.7,
+        ge=0,
+        allow_inf_nan=False,
+        description="Vehicles that green for a lane counts more if those who leave it find green "
+        "ahead, by the announcement of the next intersection; 0: no coordination.",
+    )
+    guard: bool = Field(
+        default=True,
+        description="Whether red counts more, the longer it lasts, where lanes that movements "
+        "share have been seen stuck.",
+    )
+    learning: bool = Field(default=True, description="Whether the table changes.")
+    discount: float = Field(default=0.9, ge=0, lt=1, description="γ.")
+    vehicle: float = Field(
+        default=2.0,
+        gt=0,
+        allow_inf_nan=False,
+        description="What a vehicle that waits is worth by the prior, in mean vehicles waiting.",
+    )
+    trust: float = Field(
+        default=0.05,
+        ge=0,
+        allow_inf_nan=False,
+        description="ρ: how far what was learned may move an advantage A0 of the prior: ρ·A0 + "
+        "trust_veh.",
+    )
+    trust_veh: float = Field(default=1.0, ge=0, allow_inf_nan=False, description="See trust.")
+    rate_step: float = Field(
+        default=0.02, gt=0, le=1, description="β: step of the moving average of arrivals."
+    )
+
+
+class FactoredController(LaneMemory[FactoredTable]):
+    """Chooses the phase whose lanes gain most from green; see docs/controllers/factored.md.
+
+    Its long-term memory is one table of lanes at the central unit, which every intersection writes
+    at every decision; its short-term memory is each lane's arrival rate and what was done last.
+
+    Parameters
+    ----------
+    settings
+        See `FactoredSettings`.
+    """
+
+    name = "factored"
+    sources = ("long-term", "prior")
+
+    def __init__(self, settings: FactoredSettings | None = None) -> None:
+        super().__init__()
+        self.settings = settings or FactoredSettings()
+
+    @property
+    def guard(self) -> bool:
+        """Whether there is a guard for shared lanes."""
+        return self.settings.guard
+
+    def _new_table(self, columns: int) -> FactoredTable:
+        return make_factored_table(ROWS, columns)
+
+    def _restored(self, arrays: Arrays) -> FactoredTable:
+        return restored_table(arrays, self.table)
+
+    def _work(self, groups: LaneGroups, after_switch: float) -> LaneWork:
+        return LaneWork(
+            decide,
+            parameters_of(FactoredParams, self.settings, after_switch=after_switch),
+            make_gains(groups, self.table.residual.shape[1]),
+        )

@@ -1,0 +1,315 @@
+"""The factored memory's decision, compiled: all intersections at once."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from dmil.compilation import kernel
+from dmil.controllers.lanes.lane_groups import Indices, LaneGroups
+from dmil.controllers.lanes.lane_inputs import (
+    ONE,
+    ZERO,
+    aggregate,
+    announce,
+    count_arrivals,
+    expect_announced,
+    expect_by_rate,
+    find_waves,
+    forget_rejected,
+    green_part,
+    note_shown,
+    note_treatment,
+    served_wholly,
+    state_bin,
+)
+from dmil.controllers.lanes.lane_state import (
+    PARTLY,
+    RED,
+    STATE_BINS,
+    ByteArray,
+    FloatArray,
+    Inputs,
+    IntArray,
+    Real,
+    Scratch,
+    ShortTerm,
+    Single,
+    Whole,
+)
+from dmil.memory.factored import FactoredTable, has_numbers_only, learn_part
+
+RATE_EDGES_VEH = tuple(np.float32(edge) for edge in (0.15, 0.4, 0.8, 1.5, 3.0))
+"""Arrival rates between these have a row of their own."""
+RATES = len(RATE_EDGES_VEH) + 1
+ROWS = STATE_BINS * RATES
+NOT_LEARNED_FROM_VEH = np.float32(20.0)
+"""Longest queue that is learned from: beyond, the prior's line goes on with the last residual."""
+TIE, TIE_PART = np.float32(2e-4), np.float32(4e-7)
+"""Sums of gains that ought to be equal differ by less, or by less than this part of them."""
+
+
+class FactoredParams(NamedTuple):
+    """Numbers for the kernel: see `FactoredSettings`, and `LaneMemory` for ``after_switch``."""
+
+    vehicle: float
+    expected: float
+    wave: float
+    after_switch: float
+    discount: float
+    trust: float
+    trust_veh: float
+    rate_step: float
+    approaching: bool
+    rates: bool
+    learning: bool
+
+
+class Gains(NamedTuple):
+    """Working space of the choice.
+
+    Attributes
+    ----------
+    learned_more: (rows, columns) float32
+        What was learned of a treatment, less what was learned of red.
+    treatment: (ways, groups) uint8
+        How a group would be treated, served wholly or in part.
+    learned: (groups,) float32
+        What was learned of a group that would be treated so.
+    gain: (ways * groups + 2,) float32
+        What green gains over red, for all lanes of a group; at the end what serving no group gains,
+        and the phase that does not exist.
+    total, highest: (most phases, intersections), (intersections,) float32
+        What a phase gains; the most.
+    error: (groups,) float32
+        Error of the last prediction by the prior alone.
+    """
+
+    learned_more: Single
+    treatment: ByteArray
+    learned: Single
+    gain: Single
+    total: Single
+    highest: Single
+    error: Single
+
+
+def make_gains(groups: LaneGroups, columns: int) -> Gains:
+    """Return working space for a network and so many ways to treat a lane."""
+    count, (_, phases, agents) = groups.lanes.size, groups.served_block.shape
+    gain = np.zeros(groups.ways * count + 2, np.float32)
+    gain[-1] = -np.inf
+    return Gains(
+        learned_more=np.zeros((ROWS, columns), np.float32),
+        treatment=np.full((groups.ways, count), PARTLY, np.uint8),
+        learned=np.zeros(count, np.float32),
+        gain=gain,
+        total=np.zeros((phases, agents), np.float32),
+        highest=np.zeros(agents, np.float32),
+        error=np.zeros(count, np.float32),
+    )
+
+
+@kernel
+def decide(
+    groups: LaneGroups,
+    params: FactoredParams,
+    table: FactoredTable,
+    short: ShortTerm,
+    inputs: Inputs,
+    scratch: Scratch,
+    gains: Gains,
+    phases: IntArray,
+) -> bool:
+    """Choose all phases and learn from the last choice.
+
+    Every intersection chooses by what it sees and announces that; then, knowing what its neighbours
+    mean to do, it chooses for good.
+
+    Parameters
+    ----------
+    groups, params, table, short, inputs, scratch, gains
+        See there; table, short-term memory, scratch and gains change in place.
+    phases: (intersections,) int32
+        Filled with the choice.
+
+    Returns
+    -------
+    numbers_only: bool
+        Whether all that has been learned is finite.
+    """
+    for row in range(gains.learned_more.shape[0]):
+        for treatment in range(1, gains.learned_more.shape[1]):
+            more = table.residual[row, treatment] - table.residual[row, RED]
+            gains.learned_more[row, treatment] = more
+    note_shown(groups, inputs, scratch)
+    for g in range(scratch.shown.shape[0]):
+        gains.treatment[0, g] = served_wholly(scratch.shown[g], params.after_switch)
+    aggregate(groups, params.approaching, inputs, scratch)
+    if not inputs.first:
+        forget_rejected(groups, inputs, short)
+        count_arrivals(
+            groups, params.approaching, params.after_switch, params.rate_step, short, scratch
+        )
+    expect_by_rate(groups, params.expected, short, scratch)
+    _weigh(groups, params, short, scratch, gains)
+    _choose(groups, params.vehicle, inputs, gains, phases)
+    if params.expected > 0.0 or params.wave > 0.0:
+        announce(groups, params.approaching, inputs, scratch, phases)
+        expect_announced(groups, params.expected, short, scratch)
+        _weigh(groups, params, short, scratch, gains)
+        find_waves(groups, params.vehicle * params.wave, scratch)
+        _add_waves(groups, scratch, gains)
+        _choose(groups, params.vehicle, inputs, gains, phases)
+    note_treatment(groups, params.after_switch, scratch, phases)
+    _prepare_errors(params, short, scratch, gains)
+    _learn(groups, params, table, short, inputs, scratch, gains)
+    _remember(short, scratch)
+    return has_numbers_only(table)
+
+
+@kernel
+def _weigh(
+    groups: LaneGroups, params: FactoredParams, short: ShortTerm, scratch: Scratch, gains: Gains
+) -> None:
+    """Find the rows of all groups, and what each gains from green."""
+    count, row, learned = groups.lanes.shape[0], scratch.row, gains.learned
+    used = ONE if params.rates else ZERO
+    for g in range(count):
+        row[g] = _row(scratch.queue_veh[g], scratch.expected_veh[g], used * short.rate_veh[g])
+    vehicle, after_switch = np.float32(params.vehicle), np.float32(params.after_switch)
+    trust, trust_veh = np.float32(params.trust), np.float32(params.trust_veh)
+    for way in range(gains.treatment.shape[0]):
+        treatment, gain = gains.treatment[way], gains.gain[way * count : (way + 1) * count]
+        for g in range(count):
+            learned[g] = gains.learned_more[row[g], treatment[g]]
+        for g in range(count):
+            waiting_veh = scratch.queue_veh[g] + scratch.expected_veh[g]
+            believed = vehicle * waiting_veh * green_part(treatment[g], after_switch)
+            # No further from the prior than is trusted.
+            most = trust * believed + trust_veh
+            gain[g] = groups.lanes[g] * (believed + min(max(learned[g], -most), most))
+
+
+@kernel
+def _row(queue_veh: Real, expected_veh: Real, rate_veh: Real) -> Whole:
+    """Return the row of a lane: queue, expected arrivals, arrival rate."""
+    rate = np.int32(0)
+    for edge in RATE_EDGES_VEH:
+        rate += rate_veh > edge
+    return np.uint16(state_bin(queue_veh, expected_veh) * RATES + rate)
+
+
+@kernel
+def _add_waves(groups: LaneGroups, scratch: Scratch, gains: Gains) -> None:
+    """Let green count more for those who will find green ahead when they get there."""
+    count = groups.lanes.shape[0]
+    for way in range(gains.treatment.shape[0]):
+        gain = gains.gain[way * count : (way + 1) * count]
+        for g in range(count):
+            gain[g] += groups.lanes[g] * scratch.wave[g]
+
+
+@kernel
+def _choose(
+    groups: LaneGroups, vehicle: float, inputs: Inputs, gains: Gains, phases: IntArray
+) -> None:
+    """Choose for every intersection the phase with the highest sum of gains."""
+    highest, total = gains.highest, gains.total
+    for phase in range(total.shape[0]):
+        _add_up(groups.served_block[:, phase], gains.gain, total[phase])
+    if inputs.owed_veh.shape[0] > 0:
+        _add_owed(groups, vehicle, inputs.owed_veh, total)
+    for i in range(phases.shape[0]):
+        phases[i] = 0
+        highest[i] = -np.float32(np.inf)
+    for phase in range(total.shape[0]):
+        number = np.int32(phase)
+        for i in range(phases.shape[0]):
+            # Of equally good phases the one shown stays, else the first is taken.
+            tie = max(TIE, TIE_PART * highest[i])
+            gained = total[phase, i] + (tie + tie if inputs.shown[i] == number else ZERO)
+            better = gained > highest[i] + tie
+            phases[i] = number if better else phases[i]
+            highest[i] = gained if better else highest[i]
+
+
+@kernel
+def _add_up(served: Indices, gain: Single, total: Single) -> None:
+    """Add up what is gained by a phase of every intersection: (groups served, intersections).
+
+    A phase that an intersection does not have gains what its first place holds: minus infinity.
+    """
+    for i in range(total.shape[0]):
+        total[i] = gain[served[0, i]]
+    for k in range(1, served.shape[0]):
+        for i in range(total.shape[0]):
+            total[i] += gain[served[k, i]]
+
+
+@kernel
+def _add_owed(groups: LaneGroups, vehicle: float, owed_veh: FloatArray, total: Single) -> None:
+    """Let green count more for those whose shared lanes got stuck."""
+    for i in range(total.shape[1]):
+        first = groups.phase_offset[i]
+        for phase in range(first, groups.phase_offset[i + 1]):
+            owed = 0.0
+            for place in range(groups.flow_offset[phase], groups.flow_offset[phase + 1]):
+                owed += owed_veh[groups.flows[place]]
+            total[phase - first, i] += np.float32(vehicle * owed)
+
+
+@kernel
+def _prepare_errors(
+    params: FactoredParams, short: ShortTerm, scratch: Scratch, gains: Gains
+) -> None:
+    """Find the errors of predictions by the prior alone: minus who waits then counts, and now."""
+    vehicle, after_switch = np.float32(params.vehicle), np.float32(params.after_switch)
+    discount, error = np.float32(params.discount), gains.error
+    for g in range(error.shape[0]):
+        left = vehicle * (ONE - green_part(short.treatment[g], after_switch))
+        error[g] = left * (short.queue_veh[g] + short.expected_veh[g]) - scratch.waiting_veh[g]
+    for g in range(error.shape[0]):
+        left = vehicle * (ONE - green_part(scratch.treatment[g], after_switch))
+        error[g] -= discount * left * (scratch.queue_veh[g] + scratch.expected_veh[g])
+
+
+@kernel
+def _learn(
+    groups: LaneGroups,
+    params: FactoredParams,
+    table: FactoredTable,
+    short: ShortTerm,
+    inputs: Inputs,
+    scratch: Scratch,
+    gains: Gains,
+) -> None:
+    """Learn from the interval that ended; count entries that were known already."""
+    known, discount = 0, np.float32(params.discount)
+    for i in range(inputs.shown.shape[0]):
+        # A rejected request was not executed: nothing is learned of it.
+        learns = params.learning and not inputs.first and inputs.shown[i] == inputs.asked[i]
+        for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
+            row, treatment = scratch.row[g], scratch.treatment[g]
+            known += table.times[row, treatment] > 0
+            if learns and short.queue_veh[g] <= NOT_LEARNED_FROM_VEH:
+                before, treated = short.row[g], short.treatment[g]
+                after = discount * table.residual[row, treatment]
+                error = gains.error[g] + after - table.residual[before, treated]
+                learn_part(table, before, treated, error)
+    scratch.lookups[0] += known
+    scratch.lookups[1] += groups.lanes.shape[0] - known
+
+
+@kernel
+def _remember(short: ShortTerm, scratch: Scratch) -> None:
+    """Keep what the next interval will be judged by."""
+    for g in range(short.row.shape[0]):
+        short.row[g] = scratch.row[g]
+    for g in range(short.row.shape[0]):
+        short.treatment[g] = scratch.treatment[g]
+    for g in range(short.row.shape[0]):
+        short.queue_veh[g] = scratch.queue_veh[g]
+    for g in range(short.row.shape[0]):
+        short.expected_veh[g] = scratch.expected_veh[g]

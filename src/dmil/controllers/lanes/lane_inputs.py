@@ -1,0 +1,211 @@
+"""What is seen and expected of every lane group, and how phases treat it; compiled.
+
+What all memories of lanes share. Each step is a short loop over all groups, links or intersections
+that works on few arrays, in 32 bits and mostly without branches: such loops a compiler turns into
+vector instructions, and a city's arrays outlast the processor's guesses.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dmil.compilation import kernel
+from dmil.controllers.lanes.lane_groups import LaneGroups
+from dmil.controllers.lanes.lane_state import (
+    ARRIVALS,
+    KEPT,
+    PARTLY,
+    RED,
+    SWITCHED,
+    Inputs,
+    IntArray,
+    Real,
+    Scratch,
+    ShortTerm,
+    Whole,
+)
+
+ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
+"""A plain number would lift what it meets to 64 bits."""
+SMALLEST_RATE_VEH = np.float32(0.05)
+"""Added to the rate of every lane group when inflow is divided: no group gets none for ever."""
+RATED_ENOUGH = np.float32(1000.0)
+"""Intervals after which the moving average forgets at its own pace, whatever the step."""
+
+
+@kernel
+def note_shown(groups: LaneGroups, inputs: Inputs, scratch: Scratch) -> None:
+    """Note how the phases that are shown treat all groups."""
+    shown = scratch.shown
+    for g in range(shown.shape[0]):
+        shown[g] = RED
+    for i in range(inputs.shown.shape[0]):
+        if inputs.shown[i] >= 0:
+            phase = groups.phase_offset[i] + inputs.shown[i]
+            for place in range(groups.served_offset[phase], groups.served_offset[phase + 1]):
+                shown[groups.served[place]] = PARTLY if groups.partly[place] else KEPT
+
+
+@kernel
+def forget_rejected(groups: LaneGroups, inputs: Inputs, short: ShortTerm) -> None:
+    """Take lanes as partly served that were not treated as asked for: who joined is not known."""
+    for i in range(inputs.shown.shape[0]):
+        if inputs.shown[i] != inputs.asked[i]:
+            for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
+                short.treatment[g] = PARTLY
+
+
+@kernel
+def aggregate(groups: LaneGroups, use_approaching: bool, inputs: Inputs, scratch: Scratch) -> None:
+    """Add up what is seen of every group, per lane."""
+    for g in range(groups.lanes.shape[0]):
+        queue, approaching, waiting = 0, 0, 0.0
+        for place in range(groups.slot_offset[g], groups.slot_offset[g + 1]):
+            slot = groups.slots[place]
+            queue += inputs.queue_veh[slot]
+            approaching += inputs.approaching_veh[slot]
+            waiting += inputs.waiting_veh[slot]
+        per_lane = ONE / groups.lanes[g]
+        scratch.queue_veh[g] = np.float32(queue) * per_lane
+        scratch.expected_veh[g] = np.float32(approaching * use_approaching) * per_lane
+        scratch.waiting_veh[g] = np.float32(waiting) * per_lane
+
+
+@kernel
+def state_bin(queue_veh: Real, expected_veh: Real) -> Whole:
+    """Return the bin of a lane's state: see `STATE_BINS`."""
+    queue = np.int32(queue_veh + HALF)
+    queue = min(queue, np.int32(8)) + (queue > 8) + (queue > 10) + (queue > 14)
+    return queue * ARRIVALS + min(np.int32(expected_veh + HALF), np.int32(ARRIVALS - 1))
+
+
+@kernel
+def count_arrivals(
+    groups: LaneGroups,
+    use_approaching: bool,
+    after_switch: float,
+    rate_step: float,
+    short: ShortTerm,
+    scratch: Scratch,
+) -> None:
+    """Move arrival rates on by the interval that ended, where one can tell who joined.
+
+    One can where all who join were seen before; on red, where nobody leaves; and on green while a
+    queue lasts, which discharges at saturation flow.
+    """
+    own_step, after = np.float32(rate_step), np.float32(after_switch)
+    joined_veh, tells, count = scratch.joined_veh, scratch.tells, groups.lanes.shape[0]
+    for g in range(count):
+        left_veh = green_part(short.treatment[g], after) * groups.lane_veh[g]
+        joined_veh[g] = max(ZERO, scratch.queue_veh[g] - short.queue_veh[g] + left_veh)
+    for g in range(count):
+        treated = short.treatment[g]
+        tells[g] = (treated == RED) | ((treated != PARTLY) & (scratch.queue_veh[g] > ZERO))
+    if use_approaching:
+        for g in range(count):
+            joined_veh[g] = short.expected_veh[g] if groups.all_seen[g] else joined_veh[g]
+        for g in range(count):
+            tells[g] = tells[g] | groups.all_seen[g]
+    for g in range(count):
+        step = max(own_step, ONE / (ONE + min(short.rated[g] + ONE, RATED_ENOUGH)))
+        step = own_step if short.rated[g] == RATED_ENOUGH else step
+        rate_veh = short.rate_veh[g]
+        short.rate_veh[g] = rate_veh + (step * (joined_veh[g] - rate_veh) if tells[g] else ZERO)
+    for g in range(count):
+        rated = min(short.rated[g] + ONE, RATED_ENOUGH)
+        short.rated[g] = rated if tells[g] else short.rated[g]
+
+
+@kernel
+def expect_by_rate(groups: LaneGroups, expected: float, short: ShortTerm, scratch: Scratch) -> None:
+    """Expect unseen vehicles where no intersection announces them; add up rates by link."""
+    weight, link_rate_veh = np.float32(expected), scratch.link_rate_veh
+    for link in range(link_rate_veh.shape[0]):
+        link_rate_veh[link] = ZERO
+    for g in range(groups.lanes.shape[0]):
+        rate_veh = groups.lanes[g] * (short.rate_veh[g] + SMALLEST_RATE_VEH)
+        link_rate_veh[groups.link[g]] += rate_veh
+    for g in range(groups.lanes.shape[0]):
+        scratch.expected_veh[g] += weight * groups.unannounced[g] * short.rate_veh[g]
+
+
+@kernel
+def announce(
+    groups: LaneGroups, use_approaching: bool, inputs: Inputs, scratch: Scratch, phases: IntArray
+) -> None:
+    """Note on every link how much of its end will be green and who will come in time."""
+    green, inflow_veh = scratch.green, scratch.inflow_veh
+    for link in range(green.shape[0]):
+        green[link] = ZERO
+        inflow_veh[link] = ZERO
+    for i in range(phases.shape[0]):
+        phase = groups.phase_offset[i] + phases[i]
+        for place in range(groups.served_offset[phase], groups.served_offset[phase + 1]):
+            g = groups.served[place]
+            part = HALF if groups.partly[place] else ONE
+            green[groups.link[g]] += part * groups.link_share[g]
+        for place in range(groups.flow_offset[phase], groups.flow_offset[phase + 1]):
+            slot = groups.flows[place]
+            ready = inputs.queue_veh[slot] + use_approaching * inputs.approaching_veh[slot]
+            inflow_veh[groups.ahead[slot]] += min(np.float32(ready), groups.in_time_veh[slot])
+
+
+@kernel
+def expect_announced(
+    groups: LaneGroups, expected: float, short: ShortTerm, scratch: Scratch
+) -> None:
+    """Give every group its share of the inflow of its link, as arrivals have been so far."""
+    weight, per_rate = np.float32(expected), scratch.per_rate
+    for link in range(per_rate.shape[0]):
+        # No rate is smaller; links without groups have none.
+        rate_veh = max(scratch.link_rate_veh[link], SMALLEST_RATE_VEH)
+        per_rate[link] = weight * scratch.inflow_veh[link] / rate_veh
+    for g in range(groups.lanes.shape[0]):
+        rate_veh = short.rate_veh[g] + SMALLEST_RATE_VEH
+        scratch.expected_veh[g] += per_rate[groups.link[g]] * rate_veh
+
+
+@kernel
+def find_waves(groups: LaneGroups, weight: float, scratch: Scratch) -> None:
+    """Note how much more green is worth, because those who leave find green when they get there."""
+    green = scratch.green
+    for link in range(green.shape[0]):
+        green[link] *= groups.unseen[link]
+    for g in range(groups.lanes.shape[0]):
+        first, last = groups.slot_offset[g], groups.slot_offset[g + 1]
+        ahead = ZERO
+        for place in range(first, last):
+            ahead += green[groups.slots_ahead[place]]
+        waits = scratch.queue_veh[g] + scratch.expected_veh[g] > ZERO
+        wave = np.float32(weight) * ahead / np.float32(last - first)
+        scratch.wave[g] = wave if waits else ZERO
+
+
+@kernel
+def note_treatment(
+    groups: LaneGroups, after_switch: float, scratch: Scratch, phases: IntArray
+) -> None:
+    """Note how the phases that were chosen treat all groups."""
+    treatment = scratch.treatment
+    for g in range(treatment.shape[0]):
+        treatment[g] = RED
+    for i in range(phases.shape[0]):
+        phase = groups.phase_offset[i] + phases[i]
+        for place in range(groups.served_offset[phase], groups.served_offset[phase + 1]):
+            g = groups.served[place]
+            wholly = served_wholly(scratch.shown[g], after_switch)
+            treatment[g] = PARTLY if groups.partly[place] else wholly
+
+
+@kernel
+def served_wholly(shown: int, after_switch: float) -> int:
+    """Return how a group is treated by a phase that serves it wholly."""
+    return KEPT if shown == KEPT or after_switch == 1.0 else SWITCHED
+
+
+@kernel
+def green_part(treatment: int, after_switch: Real) -> Real:
+    """Return the part of an interval of green that a treatment is worth by the prior."""
+    part = after_switch if treatment == SWITCHED else ZERO
+    part = HALF * after_switch if treatment == PARTLY else part
+    return ONE if treatment == KEPT else part

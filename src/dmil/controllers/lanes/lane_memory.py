@@ -1,0 +1,234 @@
+"""What memories of lanes share: they learn online, neighbours announce, one table serves all."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from dmil.compilation import compiled_for
+from dmil.controllers.lanes.lane_groups import LaneGroups, lane_groups
+from dmil.controllers.lanes.lane_state import KEPT, PARTLY, SWITCHED, Inputs, Scratch, ShortTerm
+from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
+from dmil.controllers.rules.shared_lanes import SharedLaneGuard
+from dmil.errors import DivergedError, PolicyError
+from dmil.scenarios import lost_s
+from dmil.simulation import Observation
+
+FIRST_RATE_VEH = 0.5
+"""Arrivals per interval and lane before any were counted."""
+NOTHING_OWED = np.zeros(0)
+
+
+class LaneTable(Protocol):
+    """A table whose rows are what a lane looks like, its columns how it is treated."""
+
+    @property
+    def residual(self) -> npt.NDArray[Any]:
+        """What was learned: (rows, columns, …)."""
+
+    @property
+    def entries(self) -> int:
+        """Entries that have been learned."""
+
+    @property
+    def bytes_total(self) -> int:
+        """Memory of all arrays."""
+
+    def _asdict(self) -> dict[str, Any]: ...
+
+
+Table = TypeVar("Table", bound=LaneTable)
+
+
+class LaneWork(NamedTuple):
+    """What decides for a memory of lanes in a run.
+
+    Attributes
+    ----------
+    kernel
+        Takes lane groups, numbers, table, short-term memory, inputs, scratch, its own working space
+        and phases to fill in; tells whether all that was learned is finite.
+    params
+        The numbers.
+    space
+        The working space.
+    """
+
+    kernel: Callable[..., bool]
+    params: tuple[Any, ...]
+    space: tuple[Any, ...]
+
+
+class LaneMemory(ABC, Generic[Table]):
+    """One table of lanes at the central unit, and what each intersection saw and did last (ours).
+
+    It learns from the vehicles that wait in each lane, not from the reward of the run.
+    """
+
+    name: ClassVar[str]
+    sources: ClassVar[tuple[str, str]]
+    """Where an entry came from: it had been learned, or it had not."""
+
+    def __init__(self) -> None:
+        self._table: Table | None = None
+        self._lookups = np.zeros(len(self.sources), np.int64)
+
+    @property
+    @abstractmethod
+    def guard(self) -> bool:
+        """Whether there is a guard for shared lanes."""
+
+    def begin(self, situation: Situation) -> None:
+        """Forget the arrivals of the last run; the table stays, on whatever network.
+
+        Raises
+        ------
+        PolicyError
+            If lanes are treated in ways here that the table does not know.
+        """
+        self._groups = groups = lane_groups(situation)
+        self._short, self._scratch = _short_term(groups), _scratch(groups, self._lookups)
+        self._guard = SharedLaneGuard(situation, enabled=self.guard)
+        self._asked: IntArray | None = None
+        lost = lost_s(situation.timing, situation.network)
+        columns = 1 + (PARTLY if groups.partly.any() else SWITCHED if lost.any() else KEPT)
+        if self._table is None:
+            self._table = self._new_table(columns)
+        elif self._table.residual.shape[1] < columns:
+            raise PolicyError(
+                f"it knows {self._table.residual.shape[1]} of {columns} ways to treat a lane",
+                where=f"memory of '{self.name}' on network '{situation.network.name}'",
+                expected="a memory that has learned where signals lose time as here",
+                mend="train it on this network, with its signal timing",
+            )
+        # One table serves all intersections: what a change costs there is taken in the mean.
+        after_switch = max(0.0, 1.0 - float(lost.mean()) / situation.decision_interval_s)
+        self._decides = self._work(groups, after_switch)
+        self._compiled: Callable[..., bool] | None = None
+
+    @property
+    def table(self) -> Table:
+        """The long-term memory."""
+        assert self._table is not None, "begin comes before anything else"
+        return self._table
+
+    def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
+        """Choose all phases, neighbours announcing theirs, and learn from the last choice.
+
+        Raises
+        ------
+        DivergedError
+            If what was learned is not a number.
+        """
+        phases = np.empty(observation.phase.size, np.int32)
+        guard = self._guard
+        # As the compiled kernel reads them, whatever the simulator's arrays are.
+        shown = np.ascontiguousarray(observation.phase, np.int32)
+        inputs = Inputs(
+            queue_veh=np.ascontiguousarray(observation.queue_veh, np.int32).ravel(),
+            approaching_veh=np.ascontiguousarray(observation.approaching_veh, np.int32).ravel(),
+            waiting_veh=np.ascontiguousarray(observation.waiting_veh, np.float64).ravel(),
+            owed_veh=guard.owed_veh(observation).ravel() if guard.needed else NOTHING_OWED,
+            shown=shown,
+            asked=shown if self._asked is None else self._asked,
+            first=self._asked is None,
+        )
+        kernel, params, space = self._decides
+        arguments = (
+            *(self._groups, params, self.table, self._short, inputs, self._scratch, space),
+            phases,
+        )
+        if self._compiled is None:
+            self._compiled = compiled_for(kernel, *arguments)
+        if not self._compiled(*arguments):
+            raise DivergedError(self.name, "residuals of lanes", observation.time_s)
+        self._asked = phases
+        return phases.copy()
+
+    def lookups(self) -> dict[str, int]:
+        """Return how often a lane's entry had been learned, and how often it had not."""
+        return dict(zip(self.sources, self._lookups.tolist(), strict=True))
+
+    def memory_use(self) -> MemoryUse:
+        """Return how much is remembered now; what is learned of a row and column is one entry."""
+        agents = self._groups.group_offset.size - 1
+        short = sum(array.nbytes for array in self._short) + self._guard.bytes_total
+        entries = self.table.entries
+        return MemoryUse(
+            short_term_entries=self._groups.lanes.size / agents,
+            long_term_entries=float(entries),
+            table_entries=0.0,
+            msize=float(entries),
+            entries_total=entries + self._groups.lanes.size,
+            bytes_total=self.table.bytes_total + short,
+        )
+
+    def arrays(self) -> Arrays:
+        """Return the table."""
+        return {name: array.copy() for name, array in self.table._asdict().items()}
+
+    def restore(self, arrays: Arrays) -> None:
+        """Replace the table.
+
+        Raises
+        ------
+        PolicyError
+            If the arrays are not those of such a table.
+        """
+        self._table = self._restored(arrays)
+
+    @abstractmethod
+    def _new_table(self, columns: int) -> Table:
+        """Return a table that has learned nothing."""
+
+    @abstractmethod
+    def _restored(self, arrays: Arrays) -> Table:
+        """Return a saved table, or refuse it."""
+
+    @abstractmethod
+    def _work(self, groups: LaneGroups, after_switch: float) -> LaneWork:
+        """Return what decides in a run.
+
+        Parameters
+        ----------
+        groups
+            Of the network.
+        after_switch
+            Part of an interval that is left to a lane whose green begins with it.
+        """
+
+
+def _short_term(groups: LaneGroups) -> ShortTerm:
+    count = groups.lanes.size
+    return ShortTerm(
+        rate_veh=np.full(count, FIRST_RATE_VEH, np.float32),
+        rated=np.zeros(count, np.float32),
+        queue_veh=np.zeros(count, np.float32),
+        expected_veh=np.zeros(count, np.float32),
+        row=np.zeros(count, np.uint16),
+        treatment=np.zeros(count, np.uint8),
+    )
+
+
+def _scratch(groups: LaneGroups, lookups: npt.NDArray[np.int64]) -> Scratch:
+    count, links = groups.lanes.size, groups.unseen.size
+    return Scratch(
+        queue_veh=np.zeros(count, np.float32),
+        expected_veh=np.zeros(count, np.float32),
+        waiting_veh=np.zeros(count, np.float32),
+        joined_veh=np.zeros(count, np.float32),
+        tells=np.zeros(count, np.uint8),
+        row=np.zeros(count, np.uint16),
+        shown=np.zeros(count, np.uint8),
+        treatment=np.zeros(count, np.uint8),
+        wave=np.zeros(count, np.float32),
+        link_rate_veh=np.zeros(links, np.float32),
+        inflow_veh=np.zeros(links, np.float32),
+        green=np.zeros(links, np.float32),
+        per_rate=np.zeros(links, np.float32),
+        lookups=lookups,
+    )

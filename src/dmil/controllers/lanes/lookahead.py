@@ -1,0 +1,140 @@
+"""Model memory: a learned model of lanes and a look-ahead of two decisions."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from dmil.controllers.lanes.lane_groups import LaneGroups
+from dmil.controllers.lanes.lane_memory import LaneMemory, LaneWork
+from dmil.controllers.lanes.lane_state import STATE_BINS
+from dmil.controllers.lanes.lookahead_choice import OUTCOMES, LookaheadParams, Plans, decide
+from dmil.controllers.parameters import parameters_of
+from dmil.controllers.protocol import Arrays
+from dmil.memory.outcomes import OutcomeTable, make_outcome_table, restored_outcomes
+
+
+class LookaheadSettings(BaseModel):
+    """Model memory with look-ahead."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    depth: Literal[1, 2] = Field(default=2, description="How many decisions it looks ahead.")
+    plan: float = Field(
+        default=0.7,
+        ge=0,
+        le=1,
+        description="How far the second decision is counted on; the rest of its weight has what is "
+        "queued before it. 1: entirely, which fails near saturation.",
+    )
+    terminal: float = Field(
+        default=2.0,
+        ge=0,
+        allow_inf_nan=False,
+        description="Cost of a vehicle that is left queued, in mean vehicles waiting.",
+    )
+    curvature: float = Field(
+        default=0.2,
+        ge=0,
+        allow_inf_nan=False,
+        description="Cost of the square of a lane's queue that is left: long queues cost more.",
+    )
+    discount: float = Field(default=0.9, ge=0, le=1, description="γ.")
+    approaching: bool = Field(
+        default=True, description="Whether vehicles that arrive within the interval are seen."
+    )
+    expected: float = Field(
+        default=0.3,
+        ge=0,
+        le=1,
+        description="Weight of a vehicle that is not seen yet and expected within the interval, by "
+        "the announcement of the intersection before or by the arrival rate; 0: none.",
+    )
+    later: float = Field(
+        default=0.5,
+        ge=0,
+        le=1,
+        description="Weight of a vehicle that is expected in the interval after, by its lane's "
+        "arrival rate.",
+    )
+    rounds: int = Field(
+        default=3, ge=0, le=10, description="How often neighbours announce; 0: never."
+    )
+    wave: float = Field(
+        default=1.0,
+        ge=0,
+        allow_inf_nan=False,
+        description="What green for a lane gains if those who leave it find green ahead, by the "
+        "announcement of the next intersection, in mean vehicles waiting.",
+    )
+    guard: bool = Field(
+        default=True,
+        description="Whether red counts more, the longer it lasts, where lanes that movements "
+        "share have been seen stuck.",
+    )
+    learning: bool = Field(default=True, description="Whether the table changes.")
+    trust: float = Field(
+        default=5.0,
+        ge=0,
+        allow_inf_nan=False,
+        description="After how many times half of what an entry learned is believed.",
+    )
+    queue_trust: float = Field(
+        default=0.3,
+        ge=0,
+        le=1,
+        description="Part of what was learned of queues' ends that is used; what was learned of "
+        "their cost always is.",
+    )
+    rate_step: float = Field(
+        default=0.02, gt=0, le=1, description="β: step of the moving average of arrivals."
+    )
+
+
+class LookaheadController(LaneMemory[OutcomeTable]):
+    """Chooses the first of the two phases that cost least together.
+
+    See docs/controllers/lookahead.md. Its memory is one table at the central unit, of what a simple
+    lane model misses, which every intersection writes at every decision; and each lane's arrival
+    rate.
+
+    Parameters
+    ----------
+    settings
+        See `LookaheadSettings`.
+    """
+
+    name = "lookahead"
+    sources = ("learned", "lane model")
+
+    def __init__(self, settings: LookaheadSettings | None = None) -> None:
+        super().__init__()
+        self.settings = settings or LookaheadSettings()
+
+    @property
+    def guard(self) -> bool:
+        """Whether there is a guard for shared lanes."""
+        return self.settings.guard
+
+    def _new_table(self, columns: int) -> OutcomeTable:
+        return make_outcome_table(STATE_BINS, columns, OUTCOMES)
+
+    def _restored(self, arrays: Arrays) -> OutcomeTable:
+        return restored_outcomes(arrays, self.table)
+
+    def _work(self, groups: LaneGroups, after_switch: float) -> LaneWork:
+        params = parameters_of(
+            LookaheadParams,
+            self.settings,
+            plan=self.settings.plan if self.settings.depth == 2 else 0.0,
+            after_switch=after_switch,
+        )
+        count, effects = groups.lanes.size, 3 if groups.partly.any() else 2
+        plans = Plans(
+            cost=np.zeros((count, effects, effects)),
+            effect=np.zeros(count, np.uint8),
+            known_veh=np.zeros(count, np.float32),
+        )
+        return LaneWork(decide, params, plans)

@@ -1,0 +1,27 @@
+"""Numbers for kernels: tuples that are filled from settings."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, TypeVar
+
+from pydantic import BaseModel
+
+Parameters = TypeVar("Parameters", bound=NamedTuple)
+
+
+def parameters_of(kind: type[Parameters], settings: BaseModel, **derived: Any) -> Parameters:
+    """Return a kernel's tuple: settings by the names of its fields, and what is derived (ours).
+
+    Parameters
+    ----------
+    kind
+        A named tuple. A new setting for a kernel is a field here and in the settings class.
+    settings
+        Of a controller.
+    derived
+        Fields that are no settings, or have other values than those of that name.
+    """
+    fields = {name: getattr(settings, name) for name in kind._fields if name not in derived}
+    # To the checker NamedTuple is a function that makes classes.
+    filled: Parameters = kind(**fields, **derived)  # type: ignore[call-overload]
+    return filled

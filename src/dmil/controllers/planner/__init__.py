@@ -1,0 +1,1 @@
+"""A planner that knows all arrivals: the limit at a single intersection."""

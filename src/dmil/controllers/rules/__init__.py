@@ -1,0 +1,1 @@
+"""Controllers that follow a rule: fixed cycles, actuated control, queues and pressures."""

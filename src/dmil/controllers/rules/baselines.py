@@ -1,0 +1,175 @@
+"""Controllers without memory: the ones to beat."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dmil.controllers.protocol import FloatArray, IntArray, Situation
+from dmil.controllers.rules.cycles import Cycles
+from dmil.controllers.rules.phase_choice import PhaseChoice
+from dmil.controllers.rules.settings import (
+    FixedCycleSettings,
+    GreedySettings,
+    LongestQueueFirstSettings,
+    MaxPressureSettings,
+)
+from dmil.controllers.rules.shared_lanes import SharedLaneGuard
+from dmil.errors import InputError
+from dmil.simulation import Observation
+from dmil.simulation.pressure import movement_pressure
+from dmil.simulation.stand_ins import covering_phases
+from dmil.simulation.timing import ACTUATED, PROGRAM
+
+
+class RandomController:
+    """Chooses phases uniformly at random: the floor under every comparison."""
+
+    def begin(self, situation: Situation) -> None:
+        """Take the stream of chance and the number of phases."""
+        self._rng = situation.rng
+        self._phases = np.array([len(item.phases) for item in situation.network.intersections])
+
+    def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
+        """Draw a phase for every intersection."""
+        return self._rng.integers(0, self._phases).astype(np.int32)
+
+
+class FixedCycleController:
+    """Shows the same phases in the same order, whatever happens (specification, §8).
+
+    The cycle holds, in the order of the network, the phases that serve a movement no earlier phase
+    of the cycle serves: for the paper's intersection its first four.
+
+    Parameters
+    ----------
+    settings
+        See `FixedCycleSettings`.
+    """
+
+    def __init__(self, settings: FixedCycleSettings | None = None) -> None:
+        self.settings = settings or FixedCycleSettings()
+
+    def begin(self, situation: Situation) -> None:
+        """Lay out one cycle of every intersection in decision intervals."""
+        interval_s = situation.decision_interval_s
+        cycles = []
+        for item in situation.network.intersections:
+            planned_s = item.planned_green_s
+            cycle: list[int] = []
+            for phase in covering_phases(item):
+                green_s = self.settings.green_s or planned_s.get(phase, interval_s)
+                cycle += [phase] * math.ceil(green_s / interval_s)
+            cycles.append(cycle)
+        self._cycles = Cycles(cycles, interval_s)
+
+    def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
+        """Look up the phase for this time."""
+        return self._cycles.at(observation.time_s)
+
+
+class ProgramController:
+    """Leaves every intersection to the program that the network's file has for it.
+
+    In SUMO an actuated program adapts to the traffic; the queue simulator shows its greens as long
+    as the file says. A control that only SUMO can run, such as NEMA, is SUMO's there; what the
+    queue simulator shows instead: see `dmil.simulation.stand_ins`.
+    """
+
+    asks_for = PROGRAM
+
+    def begin(self, situation: Situation) -> None:
+        """Check that there are programs.
+
+        Raises
+        ------
+        InputError
+            If an intersection has none.
+        """
+        for item in situation.network.intersections:
+            if item.program is None and not item.own_control:
+                raise InputError(
+                    "it has no signal program of its own",
+                    where=f"intersection '{item.id}'",
+                    mend="choose the controller fixed-cycle, which makes a plan from the phases",
+                )
+        count = len(situation.network.intersections)
+        self._phases = np.full(count, self.asks_for, np.int32)
+
+    def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
+        """Ask for the program, again and again."""
+        return self._phases
+
+
+class ActuatedController(ProgramController):
+    """Leaves every intersection to SUMO's actuated control of its program; runs in SUMO only."""
+
+    asks_for = ACTUATED
+
+
+class _GreedyController:
+    """Serves the phase of the highest score, what is owed to shared lanes added."""
+
+    settings: GreedySettings
+
+    def begin(self, situation: Situation) -> None:
+        """Note which movements each phase serves, and which share lanes."""
+        hysteresis = self.settings.hysteresis
+        self._network = situation.network
+        self._choice = PhaseChoice(situation.network, situation.timing, hysteresis)
+        self._guard = SharedLaneGuard(situation, enabled=self.settings.guard)
+
+    def _best(self, weight_veh: npt.NDArray[Any], observation: Observation) -> IntArray:
+        owed_veh = self._guard.owed_veh(observation)
+        return self._choice.best(weight_veh + owed_veh, observation.phase)
+
+
+class LongestQueueFirstController(_GreedyController):
+    """Serves the phase with the most vehicles queued in front of it.
+
+    What a switch costs, and which of equally good phases is taken: see `PhaseChoice`; what keeps
+    lanes that movements share from getting stuck: `SharedLaneGuard`.
+
+    Parameters
+    ----------
+    settings
+        See `LongestQueueFirstSettings`.
+    """
+
+    def __init__(self, settings: LongestQueueFirstSettings | None = None) -> None:
+        self.settings = settings or LongestQueueFirstSettings()
+
+    def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
+        """Compare the queues of all phases."""
+        counted_veh = observation.queue_veh
+        if self.settings.approaching:
+            counted_veh = counted_veh + observation.approaching_veh
+        return self._best(counted_veh, observation)
+
+
+class MaxPressureController(_GreedyController):
+    """Serves the phase with the highest pressure (Varaiya 2013).
+
+    What a switch costs, and which of equally good phases is taken: see `PhaseChoice`; what keeps
+    lanes that movements share from getting stuck: `SharedLaneGuard`. With ``approaching`` vehicles
+    that arrive within the decision interval count as queued where they come from, since this green
+    can serve them; where a movement leads to, only those queued do.
+
+    Parameters
+    ----------
+    settings
+        See `MaxPressureSettings`.
+    """
+
+    def __init__(self, settings: MaxPressureSettings | None = None) -> None:
+        self.settings = settings or MaxPressureSettings()
+
+    def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
+        """Compare the pressures of all phases."""
+        pressure_veh = movement_pressure(observation.queue_veh, self._network)
+        if self.settings.approaching:
+            pressure_veh += observation.approaching_veh
+        return self._best(pressure_veh, observation)
