@@ -67,7 +67,7 @@ def sumo_city(tmp_path):
 
 def test_every_command_works_in_its_order(dmil, sumo_city):
     for command in COMMANDS:
-        assert dmil(*shorter(command), cwd=sumo_city).out.strip()
+        assert dmil.process(*shorter(command), cwd=sumo_city).out.strip()
     for file in ("policy.npz", "city.svg", "plan/programs.add.xml", "quick/report.html"):
         assert (sumo_city / file).is_file()
 

@@ -88,7 +88,7 @@ def test_two_processes_give_the_same_bytes(study, dmil, tmp_path):
 def test_ray_gives_the_same_bytes(study, dmil, tmp_path):
     pytest.importorskip("ray")
     folder, _ = study
-    dmil(*TINY, "--no-report", "--executor", "ray", "--jobs", 2, "--out", tmp_path / "ray")
+    dmil.process(*TINY, "--no-report", "--executor", "ray", "--jobs", 2, "--out", tmp_path / "ray")
     assert tables(tmp_path / "ray") == tables(folder)
 
 
