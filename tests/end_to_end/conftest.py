@@ -1,7 +1,7 @@
 """The command line as a user has it, judged by what it prints and leaves.
 
-Most tests call it in this process, since starting one takes seconds. Processes of their own have
-the README's commands (each command once) and what only a process shows.
+Most tests call it in this process, since starting one takes seconds. What only a process shows has
+one of its own: shells, signals, Ray, files beside it, and once that both ways say the same.
 """
 
 import io
