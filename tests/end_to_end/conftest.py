@@ -40,7 +40,7 @@ class Done:
         return found
 
     def checked(self, code):
-        assert self.code == code, self.out + self.err
+        assert code in (self.code, None), self.out + self.err
         return self
 
 
@@ -50,7 +50,7 @@ def environment(**more):
 
 
 class CommandLine:
-    """Runs a command line in a folder and checks its exit code."""
+    """Runs a command line in a folder and checks its exit code; None is any code."""
 
     def __call__(self, *arguments, cwd=None, code=0, **variables):
         """Run it in this process, and leave the process as it was."""
