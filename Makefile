@@ -12,7 +12,7 @@ MEMORIES ?= memories
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help study resco memories test check lint bench clean
+.PHONY: help study resco memories test quick check lint bench clean
 
 help: ## Show the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-8s %s\n", $$1, $$2}' Makefile
@@ -27,11 +27,21 @@ resco: .venv/dev.stamp ## Run the study on the RESCO benchmark in SUMO (half an 
 memories: .venv/dev.stamp ## Run the study of memories, deep rivals too (an hour or two on two cores)
 	@$(BIN)/dmil study memories --out $(MEMORIES)
 
+# Half of the tests each: what a file of tests prepares, mostly one worker alone prepares.
+WORKERS := -n 2 --dist worksteal
+# The core: no SUMO, no networks of neurons, no commands, no studies.
+CORE := tests/golden $(addprefix tests/unit/,controllers demand memory network scenarios simulation symmetry training)
+
 test: .venv/dev.stamp ## Run the tests; at least 90 % of the lines must be covered
 	@$(BIN)/coverage erase
-	$(BIN)/coverage run -m pytest -n 2
+	@# Before, so that no two workers compile the same kernels, nor coverage slows them down.
+	@$(BIN)/python -c 'from dmil.experiments.warm_up import compile_kernels; compile_kernels()'
+	$(BIN)/coverage run -m pytest $(WORKERS)
 	@$(BIN)/coverage combine --quiet
 	@$(BIN)/coverage report
+
+quick: .venv/dev.stamp ## Run the tests of the core; with compiled kernels that takes less than a minute
+	$(BIN)/pytest -q $(WORKERS) -m 'not slow' -k 'not sumo' --ignore tests/unit/controllers/deep $(CORE)
 
 check: lint test ## Run everything that must be green before a change goes in
 

@@ -1,22 +1,31 @@
-"""The command line as a user has it: a process of its own, judged by what it prints and leaves."""
+"""The command line as a user has it, judged by what it prints and leaves.
 
+Most tests call it in this process, since starting one takes seconds. What only a process shows has
+one of its own: shells, signals, Ray, files beside it, and once that both ways say the same.
+"""
+
+import io
 import json
 import os
 import subprocess
 import sys
+from contextlib import chdir, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
+from dmil.cli import app
 from dmil.experiments.warm_up import compile_kernels
 
 COMMAND = (sys.executable, "-m", "dmil")
+PLAIN = {"COLUMNS": "80", "NO_COLOR": "1"}
+"""A terminal of fixed width that takes no colours."""
 
 
 @dataclass(frozen=True)
 class Done:
-    """How a process ended."""
+    """How a command ended."""
 
     code: int
     out: str
@@ -30,18 +39,35 @@ class Done:
         assert isinstance(found, dict)
         return found
 
+    def checked(self, code):
+        assert code in (self.code, None), self.out + self.err
+        return self
+
 
 def environment(**more):
-    """The user's environment, with a terminal of fixed width that takes no colours."""
-    return {**os.environ, "COLUMNS": "80", "NO_COLOR": "1", **more}
+    """The user's environment."""
+    return {**os.environ, **PLAIN, **more}
 
 
-@pytest.fixture(scope="session")
-def dmil():
-    """Run a command line in a folder; what a first start says is not part of any test."""
-    compile_kernels()
+class CommandLine:
+    """Runs a command line in a folder and checks its exit code; None is any code."""
 
-    def run(*arguments, cwd=None, code=0, **variables):
+    def __call__(self, *arguments, cwd=None, code=0, **variables):
+        """Run it in this process, and leave the process as it was."""
+        out, err = (io.TextIOWrapper(io.BytesIO(), "utf-8", write_through=True) for _ in "oe")
+        known = set(sys.modules)
+        with pytest.MonkeyPatch.context() as patch, chdir(cwd or Path.cwd()):
+            patch.setattr(sys, "path", [*sys.path])
+            for name, value in (PLAIN | variables).items():
+                patch.setenv(name, value)
+            with redirect_stdout(out), redirect_stderr(err), pytest.raises(SystemExit) as end:
+                app([str(each) for each in arguments], prog_name="dmil")
+            _forget_modules_of(Path.cwd(), known)
+        printed = (each.buffer.getvalue().decode() for each in (out, err))
+        return Done(end.value.code or 0, *printed).checked(code)
+
+    def process(self, *arguments, cwd=None, code=0, **variables):
+        """Run it in a process of its own."""
         done = subprocess.run(
             [*COMMAND, *map(str, arguments)],
             cwd=cwd,
@@ -50,10 +76,22 @@ def dmil():
             text=True,
             check=False,
         )
-        assert done.returncode == code, done.stdout + done.stderr
-        return Done(done.returncode, done.stdout, done.stderr)
+        return Done(done.returncode, done.stdout, done.stderr).checked(code)
 
-    return run
+
+def _forget_modules_of(folder, known):
+    """The next test may have another module of the same name."""
+    for name in set(sys.modules) - known:
+        file = getattr(sys.modules[name], "__file__", None)
+        if file and Path(file).is_relative_to(folder):
+            del sys.modules[name]
+
+
+@pytest.fixture(scope="session")
+def dmil():
+    """Run a command line; what a first start says is not part of any test."""
+    compile_kernels()
+    return CommandLine()
 
 
 @pytest.fixture(scope="session")

@@ -2,6 +2,7 @@
 
 import json
 import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -91,7 +92,9 @@ def judge(done, *said):
 
 
 @pytest.fixture
-def folder(tmp_path):
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
     (tmp_path / "mine.py").write_text(MINE)
     (tmp_path / "leaves.py").write_text("raise SystemExit(0)")
     (tmp_path / "list.toml").write_text("timing = [1]")
@@ -103,9 +106,17 @@ def folder(tmp_path):
 def test_a_bad_value_is_one_clear_error(case, dmil, folder):
     arguments, said = BAD_VALUES[case]
     before = sorted(folder.iterdir())
-    done = dmil(*arguments, cwd=folder, code=2, PYTHONDONTWRITEBYTECODE="1")
+    done = dmil(*arguments, cwd=folder, code=2)
     judge(done, said)
     assert sorted(folder.iterdir()) == before
+
+
+def test_a_process_of_its_own_says_the_same(dmil, folder):
+    for case in ("a scenario", "a phase that is not there", "zero seeds"):
+        arguments, said = BAD_VALUES[case]
+        here, there = (run(*arguments, cwd=folder, code=2) for run in (dmil, dmil.process))
+        judge(there, said)
+        assert there == here
 
 
 def spoil_route(roadnet, flow):

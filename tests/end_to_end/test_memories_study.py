@@ -87,7 +87,7 @@ def test_a_killed_study_goes_on_where_it_was(ran, dmil, tmp_path):
     while running.poll() is None and not list(parts.glob("runs-*")):
         time.sleep(0.05)
     os.killpg(running.pid, signal.SIGKILL)
-    running.communicate(timeout=60)
+    running.communicate(timeout=300)
     dmil(*TINY, "--jobs", 2, "--no-report", "--out", folder)
     assert tables(folder) == tables(ran[0])
 

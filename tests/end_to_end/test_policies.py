@@ -161,7 +161,8 @@ def test_a_city_is_trained_on_and_judged(dmil, city):
 def test_a_users_own_parts_are_found_where_they_are(dmil, tmp_path):
     (tmp_path / "mine.py").write_text(MINE)
     arguments = ("--controller", "mine:Patient", "--set", "hold=2", "--seeds", 2, "--json")
-    done = dmil("evaluate", "--scenario", "grid:1x1", *arguments, "--jobs", 2, cwd=tmp_path)
+    arguments = ("evaluate", "--scenario", "grid:1x1", *arguments, "--jobs", 2)
+    done = dmil.process(*arguments, cwd=tmp_path)
     found = {each["controller"]: each["per_seed"] for each in done.json["controllers"]}
     assert found["mine:Patient,hold=2"]["arrived_veh"] != found["fixed-cycle"]["arrived_veh"]
     assert found["mine:Patient,hold=2"]["spawned_veh"] == found["fixed-cycle"]["spawned_veh"]

@@ -76,7 +76,7 @@ def test_an_interrupted_study_goes_on_where_it_was(study, dmil, tmp_path):
     while running.poll() is None and not list(parts.glob("runs-*")):
         time.sleep(0.1)
     os.killpg(running.pid, signal.SIGINT)
-    _, said = running.communicate(timeout=60)
+    _, said = running.communicate(timeout=300)
     if running.returncode:  # it may have been quicker than the signal
         assert "the same command continues" in said
         assert "Traceback" not in said

@@ -35,14 +35,14 @@ def test_a_closed_pipe_is_silent():
 
 
 def test_a_terminal_that_knows_no_greek_gets_question_marks(dmil):
-    done = dmil("theory", PYTHONIOENCODING="ascii")
+    done = dmil.process("theory", PYTHONIOENCODING="ascii")
     assert done.out.startswith("|A| = 8, ? = 0.5, T = 16")
 
 
 def test_a_pipe_gets_no_colours(dmil):
     for arguments in (["--help"], ["theory"], ["controllers"], ["nonsense"]):
         code = 2 if arguments == ["nonsense"] else 0
-        done = dmil(*arguments, code=code)
+        done = dmil.process(*arguments, code=code)
         assert "\x1b" not in done.out + done.err
 
 
@@ -70,4 +70,4 @@ def test_a_terminal_gets_colours_unless_it_says_no(variables, coloured):
 
 
 def test_the_module_is_the_command(dmil):
-    assert dmil("version", "--json").json["dmil"] == package.__version__
+    assert dmil.process("version", "--json").json["dmil"] == package.__version__

@@ -32,7 +32,7 @@ def test_ctrl_c_while_it_imports_is_silent(tmp_path):
         [sys.executable, "-c", PROGRAM],
         cwd=tmp_path,
         env=os.environ | {"PYTHONPATH": str(tmp_path)},
-        timeout=60,
+        timeout=300,
         stderr=subprocess.PIPE,
         text=True,
         check=False,
