@@ -16,7 +16,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, SupportsIndex, TypeVar, cast
 
 import numba
 from numba import types
@@ -82,6 +82,7 @@ class Kernel:
     def __init__(self, function: Callable[..., Any], **options: bool) -> None:
         self.__wrapped__ = function
         self.__doc__ = function.__doc__
+        self.__module__, self.__qualname__ = function.__module__, function.__qualname__
         self._from_python = _compiled(function, cache=True, no_cfunc_wrapper=True, **options)
         self._from_kernels = _compiled(
             function, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options
@@ -95,8 +96,14 @@ class Kernel:
         """Run it, compiled for these arguments."""
         return self._from_python(*arguments)
 
+    def __reduce_ex__(self, protocol: SupportsIndex) -> str | tuple[Any, ...]:
+        """Copy and pickle it as functions are, by name; one that stands in another, as it is."""
+        if "<locals>" in self.__qualname__:
+            return super().__reduce_ex__(protocol)
+        return self.__qualname__
+
     def compiled_for(self, arguments: tuple[Any, ...]) -> Callable[..., Any]:
-        """Return what is called for arguments of these types; see `compiled_for`."""
+        """Return what Python calls for arguments of these types and no others."""
         kinds = tuple(self._from_python.typeof_pyval(each) for each in arguments)
         entry: Callable[..., Any] = self._from_python.compile(kinds)
         return entry
@@ -130,22 +137,34 @@ def allocating_kernel(function: Function) -> Function:
     return cast(Function, Kernel(function))
 
 
-def compiled_for(function: Callable[..., Any], *arguments: Any) -> Callable[..., Any]:
-    """Return a kernel's machine code for arguments of these types (ours).
+class TypedOnce:
+    """A kernel that Python calls with arguments of the same types every time (ours).
 
     A call of the kernel itself asks every array of every argument for its type first. For 50 arrays
-    in tuples that takes longer than to decide for 25 intersections. Here nobody asks again: the
-    caller has to see to it that types, numbers of dimensions and contiguity stay as they are.
+    in tuples that takes longer than to decide for 25 intersections. Here the first call asks, and
+    nobody again: the caller has to see to it that types, numbers of dimensions and contiguity stay
+    as they are.
 
     Parameters
     ----------
     function
         A kernel.
-    arguments
-        Arguments that it could be called with.
     """
-    assert isinstance(function, Kernel), "a function that is compiled"
-    return function.compiled_for(arguments)
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        assert isinstance(function, Kernel), "a function that is compiled"
+        self._kernel = function
+        self._entry: Callable[..., Any] | None = None
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Run it."""
+        if self._entry is None:
+            self._entry = self._kernel.compiled_for(arguments)
+        return self._entry(*arguments)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Leave the machine code to this process."""
+        return TypedOnce, (self._kernel,)
 
 
 def _compiled(function: Callable[..., Any], **options: bool) -> Any:

@@ -10,9 +10,9 @@ from numba.core.errors import NumbaError
 
 from dmil import compilation
 from dmil.compilation import (
+    TypedOnce,
     allocating_kernel,
     cache_folder,
-    compiled_for,
     is_cold,
     kernel,
     mark_warm,
@@ -119,23 +119,33 @@ class Pair(NamedTuple):
     total: np.ndarray
 
 
-def test_what_is_compiled_for_arguments_does_what_the_kernel_does():
+def test_a_kernel_that_is_typed_once_does_what_it_does():
     @kernel
     def add_up_pair(pair, more):
         for i in range(pair.values.size):
             pair.total[i] += pair.values[i] + more
         return pair.total.size
 
-    first = Pair(np.arange(3.0), np.zeros(3))
-    entry = compiled_for(add_up_pair, first, 1)
-    assert not first.total.any()
-    assert entry(first, 1) == 3
-    # Others of these types need no other machine code.
-    second = Pair(np.arange(5.0), np.zeros(5))
-    assert entry(second, 2) == 5
-    np.testing.assert_array_equal(first.total, [1, 2, 3])
-    np.testing.assert_array_equal(second.total, [2, 3, 4, 5, 6])
-    assert compiled_for(add_up_pair, second, 7) is entry
+    once = TypedOnce(add_up_pair)
+    for size, more in ((3, 1), (5, 2)):
+        pair, again = (Pair(np.arange(float(size)), np.zeros(size)) for _ in range(2))
+        assert once(pair, more) == add_up_pair(again, more) == size
+        np.testing.assert_array_equal(pair.total, np.arange(size) + more)
+        np.testing.assert_array_equal(pair.total, again.total)
+
+
+def test_a_kernel_that_is_typed_once_does_not_ask_again(monkeypatch):
+    once = TypedOnce(kernel(add_up))
+    values, total = np.arange(4.0), np.zeros(4)
+    once(values, total)
+    monkeypatch.setattr(compilation.Kernel, "compiled_for", None)
+    once(values[:2], total[:2])
+    np.testing.assert_array_equal(total, [0.0, 1.0, 3.0, 6.0])
+
+
+def test_only_a_kernel_can_be_typed_once():
+    with pytest.raises(AssertionError, match="compiled"):
+        TypedOnce(add_up)
 
 
 def test_a_kernel_that_would_allocate_is_not_compiled():

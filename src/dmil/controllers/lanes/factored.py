@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from dmil.compilation import TypedOnce
 from dmil.controllers.lanes.factored_choice import ROWS, FactoredParams, decide, make_gains
 from dmil.controllers.lanes.lane_groups import LaneGroups
 from dmil.controllers.lanes.lane_memory import LaneMemory, LaneWork
@@ -97,7 +98,7 @@ class FactoredController(LaneMemory[FactoredTable]):
 
     def _work(self, groups: LaneGroups, after_switch: float) -> LaneWork:
         return LaneWork(
-            decide,
+            TypedOnce(decide),
             parameters_of(FactoredParams, self.settings, after_switch=after_switch),
             make_gains(groups, self.table.residual.shape[1]),
         )

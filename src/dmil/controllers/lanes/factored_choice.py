@@ -129,8 +129,18 @@ def decide(
 
     Parameters
     ----------
-    groups, params, table, short, inputs, scratch, gains
-        See there; table, short-term memory, scratch and gains change in place.
+    groups
+        What the network has of lane groups.
+    params
+        Numbers of the settings and of signal timing.
+    table
+        Long-term memory; changed in place.
+    short
+        Short-term memory; changed in place.
+    inputs
+        The observation, and what was asked for last.
+    scratch, gains
+        Working space.
     phases: (intersections,) int32
         Filled with the choice.
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from dmil.compilation import compiled_for
+from dmil.compilation import TypedOnce
 from dmil.controllers.lanes.lane_groups import LaneGroups, lane_groups
 from dmil.controllers.lanes.lane_state import KEPT, PARTLY, SWITCHED, Inputs, Scratch, ShortTerm
 from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
@@ -58,7 +57,7 @@ class LaneWork(NamedTuple):
         The working space.
     """
 
-    kernel: Callable[..., bool]
+    kernel: TypedOnce
     params: tuple[Any, ...]
     space: tuple[Any, ...]
 
@@ -108,7 +107,6 @@ class LaneMemory(ABC, Generic[Table]):
         # One table serves all intersections: what a change costs there is taken in the mean.
         after_switch = max(0.0, 1.0 - float(lost.mean()) / situation.decision_interval_s)
         self._decides = self._work(groups, after_switch)
-        self._compiled: Callable[..., bool] | None = None
 
     @property
     def table(self) -> Table:
@@ -138,13 +136,10 @@ class LaneMemory(ABC, Generic[Table]):
             first=self._asked is None,
         )
         kernel, params, space = self._decides
-        arguments = (
-            *(self._groups, params, self.table, self._short, inputs, self._scratch, space),
-            phases,
+        numbers_only = kernel(
+            self._groups, params, self.table, self._short, inputs, self._scratch, space, phases
         )
-        if self._compiled is None:
-            self._compiled = compiled_for(kernel, *arguments)
-        if not self._compiled(*arguments):
+        if not numbers_only:
             raise DivergedError(self.name, "residuals of lanes", observation.time_s)
         self._asked = phases
         return phases.copy()

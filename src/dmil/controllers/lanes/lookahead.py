@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from dmil.compilation import TypedOnce
 from dmil.controllers.lanes.lane_groups import LaneGroups
 from dmil.controllers.lanes.lane_memory import LaneMemory, LaneWork
 from dmil.controllers.lanes.lane_state import STATE_BINS
@@ -137,4 +138,4 @@ class LookaheadController(LaneMemory[OutcomeTable]):
             effect=np.zeros(count, np.uint8),
             known_veh=np.zeros(count, np.float32),
         )
-        return LaneWork(decide, params, plans)
+        return LaneWork(TypedOnce(decide), params, plans)

@@ -111,8 +111,18 @@ def decide(
 
     Parameters
     ----------
-    groups, params, table, short, inputs, scratch, plans
-        See there; table, short-term memory and scratch change in place.
+    groups
+        What the network has of lane groups.
+    params
+        Numbers of the settings and of signal timing.
+    table
+        Long-term memory; changed in place.
+    short
+        Short-term memory; changed in place.
+    inputs
+        The observation, and what was asked for last.
+    scratch, plans
+        Working space.
     phases: (intersections,) int32
         Filled with the choice.
 

@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
-from dmil.compilation import kernel
+from dmil.compilation import TypedOnce, kernel
 from dmil.controllers.parameters import parameters_of
 from dmil.controllers.protocol import FloatArray, IntArray, Situation
 from dmil.controllers.rules.observed import Observed, observed
@@ -105,6 +105,7 @@ class GapOutController:
             self._sequences.phase[i, : len(sequence)] = sequence
         self._served = signalled(situation.network)
         self._place = np.full(len(sequences), -1, np.int32)
+        self._go_on = TypedOnce(go_on)
         self._params = parameters_of(
             GapOutParams,
             self.settings,
@@ -114,7 +115,7 @@ class GapOutController:
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Keep the green or go on in the sequence."""
         phases = np.empty(self._place.size, np.int32)
-        go_on(
+        self._go_on(
             self._served,
             self._sequences,
             self._params,
@@ -143,8 +144,12 @@ def go_on(
     ----------
     served: (intersections, phases, orientations) bool
         See `signalled`.
-    sequences, params, seen
-        See there.
+    sequences
+        The order of the phases.
+    params
+        Bounds of a green.
+    seen
+        What is observed now.
     place: (intersections,) int32
         Where in its sequence each stands, −1 at the beginning of a run; changed in place.
     phases: (intersections,) int32

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from dmil.controllers.protocol import IntArray
 from dmil.simulation import Observation
 
@@ -28,9 +30,10 @@ class Observed(NamedTuple):
 
 def observed(observation: Observation) -> Observed:
     """Return what rules see of an observation (ours)."""
+    # As a kernel that is typed once reads them, whatever the simulator's arrays are.
     return Observed(
-        queue_veh=observation.queue_veh,
-        approaching_veh=observation.approaching_veh,
-        shown=observation.phase,
-        elapsed_s=observation.phase_elapsed_s,
+        queue_veh=np.ascontiguousarray(observation.queue_veh, np.int32),
+        approaching_veh=np.ascontiguousarray(observation.approaching_veh, np.int32),
+        shown=np.ascontiguousarray(observation.phase, np.int32),
+        elapsed_s=np.ascontiguousarray(observation.phase_elapsed_s, np.int32),
     )

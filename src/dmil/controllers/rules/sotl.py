@@ -28,7 +28,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
-from dmil.compilation import kernel
+from dmil.compilation import TypedOnce, kernel
 from dmil.controllers.parameters import parameters_of
 from dmil.controllers.protocol import FloatArray, IntArray, Situation
 from dmil.controllers.rules.observed import Observed, observed
@@ -87,6 +87,7 @@ class SotlController:
         intersections, _, orientations = self._served.shape
         self._phase_count = np.array([len(item.phases) for item in situation.network.intersections])
         self._kappa_veh_s = np.zeros((intersections, orientations))
+        self._organise = TypedOnce(organise)
         self._params = parameters_of(
             SotlParams, self.settings, interval_s=situation.decision_interval_s
         )
@@ -94,7 +95,7 @@ class SotlController:
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Count, compare, and switch where the count is high enough."""
         phases = np.empty(observation.phase.size, np.int32)
-        organise(
+        self._organise(
             self._served,
             self._phase_count,
             self._params,
@@ -123,8 +124,10 @@ def organise(
     served: (intersections, phases, orientations) bool
         See `signalled`.
     phase_count: (intersections,) int64
-    params, seen
-        See there.
+    params
+        T, θ, φ_min and μ.
+    seen
+        What is observed now.
     kappa_veh_s: (intersections, orientations) float64
         κ; changed in place.
     phases: (intersections,) int32
