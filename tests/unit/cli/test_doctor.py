@@ -63,12 +63,12 @@ def test_one_intersection(dmil, resco):
     cut = short("cluster_1757124350_1757124352")
     text = dmil("doctor", name, "--intersection", cut)
     assert text.startswith("Intersection cluster_1757124350_1757124352")
-    assert "gneJ143" not in text
+    assert "gneJ260" not in text
     assert dmil("doctor", name, "--intersection", "cluster_17") == text
     found = dmil.json("doctor", name, "--intersection", "gneJ210")
     assert [each["id"] for each in found["intersections"]] == ["gneJ210"]
     assert [each["kind"] for each in found["findings"]] == ["conflicting-greens"]
-    assert "Nothing found" in dmil("doctor", name, "--intersection", "gneJ143")
+    assert "Nothing found" in dmil("doctor", name, "--intersection", "gneJ260")
 
 
 @pytest.mark.parametrize(
