@@ -206,10 +206,17 @@ def _worth(settings: ExportParameters, policy: Policy | None) -> list[str]:
 def _run(
     settings: ExportParameters, scenario: Scenario, contender: Contender, simulator: str
 ) -> tuple[Measures, list[SignalEvent]]:
-    recorder = EventRecorder(make_simulator(scenario, simulator))
+    recorder = EventRecorder()
     vehicles = vehicles_of_seed(scenario, settings.seed)
     controller = contender.make(scenario.network)
-    run = evaluate(recorder, controller, vehicles, make_reward("diffusion"), settings.seed)
+    run = evaluate(
+        make_simulator(scenario, simulator),
+        controller,
+        vehicles,
+        make_reward("diffusion"),
+        settings.seed,
+        observers=[recorder],
+    )
     return run.measures, recorder.events
 
 

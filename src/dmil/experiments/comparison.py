@@ -266,13 +266,14 @@ def has_same_demand(scenario: Scenario, seed: int) -> bool:
 def _run(recipe: str, name: str, emissions: bool, call: int, item: Item) -> tuple[Item, Row, Flow]:
     contender, seed = item
     scenario, simulator = _parts(recipe, name, emissions, call)
-    recorder = FlowRecorder(simulator)
+    recorder = FlowRecorder()
     result = evaluate(
-        recorder,
+        simulator,
         contender.make(scenario.network),
         vehicles_of_seed(scenario, seed),
         make_reward(contender.reward, contender.reward_constants),
         seed,
+        observers=[recorder],
     )
     row = measures_row(result.measures, result.memory[-1])
     row["bytes_per_intersection"] = row["bytes_total"] / len(scenario.network.intersections)

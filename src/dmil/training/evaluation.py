@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 from dmil.controllers import Controller
 from dmil.demand import Vehicles
 from dmil.rewards import Reward
@@ -9,6 +12,7 @@ from dmil.scenarios import Scenario
 from dmil.seeding import simulator_seed, stream
 from dmil.simulation import Simulator
 from dmil.training.loop import Run, run
+from dmil.training.observers import MemoryRecorder, Observer
 
 
 def vehicles_of_seed(scenario: Scenario, seed: int) -> Vehicles:
@@ -17,9 +21,15 @@ def vehicles_of_seed(scenario: Scenario, seed: int) -> Vehicles:
 
 
 def evaluate(
-    simulator: Simulator, controller: Controller, vehicles: Vehicles, reward: Reward, seed: int
+    simulator: Simulator,
+    controller: Controller,
+    vehicles: Vehicles,
+    reward: Reward,
+    seed: int,
+    *,
+    observers: Sequence[Observer] = (),
 ) -> Run:
-    """Run a controller in the testing phase of a seed (paper, §VI-B).
+    """Run a controller in the testing phase of a seed, its memory watched (paper, §VI-B).
 
     Parameters
     ----------
@@ -34,6 +44,21 @@ def evaluate(
     seed
         Master seed; exploration and the simulator have streams of their own, the same for every
         controller.
+    observers
+        Who watches besides.
     """
-    exploration = stream(seed, "exploration")
-    return run(simulator, controller, vehicles, reward, exploration, simulator_seed(seed))
+    recorder, exploration = MemoryRecorder(), stream(seed, "exploration")
+    result = run(
+        simulator,
+        controller,
+        vehicles,
+        reward,
+        exploration,
+        simulator_seed(seed),
+        observers=(recorder, *observers),
+    )
+    return replace(
+        result,
+        time_s=(*recorder.time_s, *result.time_s),
+        memory=(*recorder.memory, *result.memory),
+    )

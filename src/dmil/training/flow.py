@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dmil.demand import Vehicles
+from dmil.controllers import Controller
 from dmil.simulation import Observation, Simulator
-from dmil.training.watching import Watching
+from dmil.training.observers import Observer, Phases
 
 WINDOW_S = 300
 """At least so long an intersection stands still: longer than any cycle."""
@@ -52,38 +52,29 @@ class Lock:
     since_s: int
 
 
-class FlowRecorder(Watching):
-    """A simulator that notes what flows through the intersections of another one (ours).
-
-    Parameters
-    ----------
-    simulator
-        The one that simulates.
-    """
-
-    def __init__(self, simulator: Simulator) -> None:
-        super().__init__(simulator)
-        self._noted: list[tuple[int, npt.NDArray[np.int32], npt.NDArray[np.int32]]] = []
+class FlowRecorder(Observer):
+    """Notes what flows through the intersections during a run (ours)."""
 
     @property
     def flow(self) -> Flow:
-        """What was noted since the last reset."""
+        """What was noted in the last run."""
         times, queues, passed = zip(*self._noted, strict=True)
         return Flow(np.array(times, np.int32), np.stack(queues), np.stack(passed))
 
-    def reset(self, vehicles: Vehicles, seed: int = 0) -> Observation:
-        """Start a run; what was noted before is forgotten."""
-        self._noted = []
-        return self._note(self._simulator.reset(vehicles, seed))
+    def begin(self, simulator: Simulator, controller: Controller, seen: Observation) -> None:
+        """Forget the run before."""
+        self._simulator = simulator
+        self._noted: list[tuple[int, npt.NDArray[np.int32], npt.NDArray[np.int32]]] = []
+        self._note(seen)
 
-    def advance(self, phases: npt.NDArray[np.integer]) -> Observation:
-        """Simulate one decision interval."""
-        return self._note(self._simulator.advance(phases))
+    def advanced(self, phases: Phases, seen: Observation) -> None:
+        """Note who waits, and who has crossed."""
+        self._note(seen)
 
-    def _note(self, observation: Observation) -> Observation:
-        queue = observation.queue_veh.sum(axis=1, dtype=np.int32)
-        self._noted.append((observation.time_s, queue, self.passed_veh().astype(np.int32)))
-        return observation
+    def _note(self, seen: Observation) -> None:
+        queue = seen.queue_veh.sum(axis=1, dtype=np.int32)
+        passed = self._simulator.passed_veh().astype(np.int32)
+        self._noted.append((seen.time_s, queue, passed))
 
 
 def locks(flows: Sequence[Flow]) -> list[tuple[Lock, ...]]:

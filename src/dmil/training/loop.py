@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from dmil.controllers import NO_MEMORY, Controller, MemoryController, MemoryUse, Situation
+from dmil.controllers import Controller, MemoryUse, Situation
 from dmil.demand import Vehicles
 from dmil.rewards import Reward, checked_reward
 from dmil.simulation import Measures, Simulator
+from dmil.training.observers import Observer, memory_use_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +24,7 @@ class Run:
     measures: Measures
         Counts at the end of the run.
     time_s: tuple of int
-        Decision times where the memory was watched, and the horizon as the last.
+        The horizon; before it the decisions, where the memory was watched.
     memory: tuple of MemoryUse
         Memory in use at these times.
     decisions: int
@@ -47,7 +48,7 @@ def run(
     rng: np.random.Generator,
     seed: int = 0,
     *,
-    watch_memory: bool = True,
+    observers: Sequence[Observer] = (),
 ) -> Run:
     """Run a controller from an empty network to the horizon (Algorithm 3, all agents at once).
 
@@ -68,8 +69,8 @@ def run(
         The controller's stream of chance.
     seed
         Seed of the chance inside the simulator.
-    watch_memory
-        Whether to note the memory in use at every decision, or at the end only.
+    observers
+        Who watches it.
 
     Raises
     ------
@@ -80,33 +81,28 @@ def run(
     scenario = simulator.scenario
     controller.begin(Situation(network, scenario.timing, rng, vehicles, scenario.dynamics))
     observation = simulator.reset(vehicles, seed)
-    memory_use = _memory_use_of(controller)
+    for each in observers:
+        each.begin(simulator, controller, observation)
     last_reward = None
-    times_s, memory = [], []
     decisions, decide_ns = 0, 0
     while True:
         before_ns = time.perf_counter_ns()
         phases = controller.decide(observation, last_reward)
         decide_ns += time.perf_counter_ns() - before_ns
         decisions += 1
-        if watch_memory:
-            times_s.append(observation.time_s)
-            memory.append(memory_use())
+        for each in observers:
+            each.decided(observation, phases)
         following = simulator.advance(phases)
+        for each in observers:
+            each.advanced(phases, following)
         if following.time_s >= simulator.horizon_s:
             break
         last_reward = checked_reward(reward, observation, following, network)
         observation = following
-    at_the_end = memory[-1] if memory else memory_use()
     return Run(
         simulator.measures(),
-        (*times_s, following.time_s),
-        (*memory, at_the_end),
+        (following.time_s,),
+        (memory_use_of(controller)(),),
         decisions,
         decide_ns * 1e-9,
     )
-
-
-def _memory_use_of(controller: Controller) -> Callable[[], MemoryUse]:
-    # Once a run: to ask whether an object follows a protocol takes longer than many a decision.
-    return controller.memory_use if isinstance(controller, MemoryController) else lambda: NO_MEMORY

@@ -54,7 +54,7 @@ def train_prior(
     )
     exploration = stream(seed, "training", "exploration")
     chance = simulator_seed(seed, "training")
-    run(simulator, dummy, vehicles, reward, exploration, chance, watch_memory=False)
+    run(simulator, dummy, vehicles, reward, exploration, chance)
     return Prior(dummy.table)
 
 
@@ -100,9 +100,7 @@ def train(
         )
         exploration = stream(seed, "training", "episode", episode, "exploration")
         chance = simulator_seed(seed, "training", "episode", episode)
-        results.append(
-            run(simulator, controller, vehicles, reward, exploration, chance, watch_memory=False)
-        )
+        results.append(run(simulator, controller, vehicles, reward, exploration, chance))
         if after_episode:
             after_episode(episode, results[-1])
     return results

@@ -8,13 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
-from dmil.demand import Vehicles
+from dmil.controllers import Controller
 from dmil.files import write_atomically
 from dmil.network import RoadNetwork
 from dmil.simulation import Observation, Simulator
-from dmil.training.watching import Watching
+from dmil.training.observers import Observer, Phases
 
 COLUMNS = (
     "time_s",
@@ -59,42 +58,38 @@ class SignalEvent:
     overruled: int
 
 
-class EventRecorder(Watching):
-    """A simulator that notes what the signals of another one do (ours).
+class EventRecorder(Observer):
+    """Notes what the signals do during a run (ours).
 
-    Parameters
+    Attributes
     ----------
-    simulator
-        The one that simulates.
+    events: list of SignalEvent
+        Those of the last run, in the order of time.
     """
 
-    def __init__(self, simulator: Simulator) -> None:
-        super().__init__(simulator)
+    def __init__(self) -> None:
         self.events: list[SignalEvent] = []
 
-    def reset(self, vehicles: Vehicles, seed: int = 0) -> Observation:
-        """Start a run; earlier events are forgotten."""
+    def begin(self, simulator: Simulator, controller: Controller, seen: Observation) -> None:
+        """Forget the run before."""
         self.events = []
-        observation = self._simulator.reset(vehicles, seed)
-        count = len(self.network.intersections)
-        self._time_s = observation.time_s
+        count = seen.phase.size
+        self._time_s = seen.time_s
         self._phase = np.full(count, NONE, np.int32)
         self._green_from_s = np.zeros(count, np.int64)
         self._overruled = np.zeros(count, np.int64)
-        return observation
 
-    def advance(self, phases: npt.NDArray[np.integer]) -> Observation:
-        """Simulate one decision interval and note the changes of phase."""
-        observation = self._simulator.advance(phases)
-        self._overruled += (np.asarray(phases) >= 0) & (phases != observation.phase)
-        green_from_s = observation.time_s - observation.phase_elapsed_s
-        for i in np.flatnonzero(observation.phase != self._phase).tolist():
+    def advanced(self, phases: Phases, seen: Observation) -> None:
+        """Note the changes of phase."""
+        self._overruled += (np.asarray(phases) >= 0) & (phases != seen.phase)
+        green_from_s = seen.time_s - seen.phase_elapsed_s
+        for i in np.flatnonzero(seen.phase != self._phase).tolist():
             began = self._phase[i] != NONE
             self.events.append(
                 SignalEvent(
                     time_s=self._time_s,
                     intersection=i,
-                    phase=int(observation.phase[i]),
+                    phase=int(seen.phase[i]),
                     from_phase=int(self._phase[i]),
                     green_from_s=int(green_from_s[i]),
                     green_before_s=int(self._time_s - self._green_from_s[i]) if began else 0,
@@ -102,8 +97,7 @@ class EventRecorder(Watching):
                 )
             )
             self._green_from_s[i], self._overruled[i] = green_from_s[i], 0
-        self._phase, self._time_s = observation.phase.copy(), observation.time_s
-        return observation
+        self._phase, self._time_s = seen.phase.copy(), seen.time_s
 
 
 def write_signal_events(file: Path, events: Sequence[SignalEvent], network: RoadNetwork) -> None:

@@ -56,12 +56,13 @@ def test_a_run_too_short_to_tell_has_no_locks():
 
 def run_all(recipe, simulator, controllers, seed=0):
     scenario = recipe.build()
-    recorder = FlowRecorder(make_simulator(scenario, simulator))
+    made, recorder = make_simulator(scenario, simulator), FlowRecorder()
     vehicles, flows, measured = vehicles_of_seed(scenario, seed), [], []
     for name in controllers:
         chosen = parse_variant(name)
         controller = make_controller(chosen.name, chosen.options)
-        run = evaluate(recorder, controller, vehicles, make_reward("diffusion"), seed)
+        reward = make_reward("diffusion")
+        run = evaluate(made, controller, vehicles, reward, seed, observers=[recorder])
         flows.append(recorder.flow)
         measured.append(run.measures)
     return flows, measured

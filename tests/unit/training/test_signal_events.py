@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from dmil.network import grid
+from dmil.rewards import make_reward
 from dmil.scenarios import SignalTiming, scenario
 from dmil.simulation import QueueSimulator
-from dmil.training import vehicles_of_seed
+from dmil.training import evaluate, vehicles_of_seed
 from dmil.training.mean_cycle import LONGEST_GREEN_S, SHORT_GREEN_S, mean_cycles
 from dmil.training.signal_events import COLUMNS, EventRecorder, SignalEvent, write_signal_events
 
@@ -17,10 +18,18 @@ ONE = grid(1, 1)
 
 def record(wanted, **timing):
     made = scenario("grid:1x1", horizon_s=10 * len(wanted), timing=SignalTiming(**timing))
-    recorder = EventRecorder(QueueSimulator(made))
-    recorder.reset(vehicles_of_seed(made, 0))
-    for phase in wanted:
-        recorder.advance(np.array([phase], np.int32))
+    recorder, wishes = EventRecorder(), iter(wanted)
+
+    class AsWanted:
+        def begin(self, situation):
+            pass
+
+        def decide(self, observation, reward):
+            return np.array([next(wishes)], np.int32)
+
+    vehicles = vehicles_of_seed(made, 0)
+    reward = make_reward("queue")
+    evaluate(QueueSimulator(made), AsWanted(), vehicles, reward, 0, observers=[recorder])
     return recorder.events
 
 

@@ -160,13 +160,14 @@ def test_one_lane_a_side_and_a_phase_for_left_turns(simulator, load):
     )
     scenario = recipe.build()
     vehicles = vehicles_of_seed(scenario, 0)
-    recorder, flows, arrived = FlowRecorder(make_simulator(scenario, simulator)), [], []
+    made, recorder, flows, arrived = make_simulator(scenario, simulator), FlowRecorder(), [], []
     for label in ("program", *RULES, *SEEING):
         variant = parse_variant(label)
         controller = make_controller(variant.name, variant.options)
-        made = evaluate(recorder, controller, vehicles, make_reward("diffusion"), 0)
+        reward = make_reward("diffusion")
+        done = evaluate(made, controller, vehicles, reward, 0, observers=[recorder])
         flows.append(recorder.flow)
-        arrived.append(made.measures.arrived_veh)
+        arrived.append(done.measures.arrived_veh)
     assert locks(flows) == [()] * len(flows)
     if load == 1.0:
         assert min(arrived[1:]) > 1.15 * arrived[0]
