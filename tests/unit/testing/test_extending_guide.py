@@ -58,7 +58,7 @@ def test_the_tests_of_the_guide_pass(folder, name):
 @pytest.mark.parametrize("text", PROGRAMS, ids=range(len(PROGRAMS)))
 def test_the_programs_of_the_guide_run(folder, text, capsys):
     exec(compile(text, "extending.md", "exec"), {})
-    assert re.search(r"W/V_c = 0\.\d|\d+ vehicles", capsys.readouterr().out)
+    assert re.search(r"W/V_c = 0\.\d|\d+ (vehicles|phases)", capsys.readouterr().out)
 
 
 @pytest.mark.parametrize("line", COMMANDS)
