@@ -12,7 +12,7 @@ MEMORIES ?= memories
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help study resco memories test quick check lint bench clean
+.PHONY: help study resco memories test quick check lint bench release clean
 
 help: ## Show the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-8s %s\n", $$1, $$2}' Makefile
@@ -53,6 +53,9 @@ lint: .venv/dev.stamp ## Check format, style, types and who imports whom
 
 bench: .venv/run.stamp ## Measure the simulator's and the learner's speed
 	@$(BIN)/dmil bench
+
+release: .venv/dev.stamp ## Build wheel and sdist and try both in environments of their own
+	@PYTHON="$(PYTHON)" scripts/release.sh
 
 clean: ## Remove the environment and caches; results of studies stay
 	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
