@@ -51,8 +51,8 @@ lint: .venv/dev.stamp ## Check format, style, types and who imports whom
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-bench: .venv/run.stamp ## Measure the simulator's and the learner's speed
-	@$(BIN)/dmil bench
+bench: .venv/run.stamp ## Measure the simulator's and the learner's speed; AGAINST=DIR: beside another checkout
+	@$(BIN)/dmil bench $(if $(AGAINST),--against "$(AGAINST)")
 
 release: .venv/dev.stamp ## Build wheel and sdist and try both in environments of their own
 	@PYTHON="$(PYTHON)" scripts/release.sh

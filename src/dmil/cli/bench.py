@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import importlib.util
 from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
 
 import typer
 from rich import box
@@ -12,7 +14,7 @@ from rich.table import Table
 from dmil.benchmarks.figures import Figure
 from dmil.cli.help import Command
 from dmil.cli.options import Debug, Json
-from dmil.cli.terminal import print_json, show, waiting
+from dmil.cli.terminal import print_json, progress, show, waiting
 
 app = typer.Typer(add_completion=False)
 
@@ -21,14 +23,37 @@ SUMO_PACKAGES = ("libsumo", "sumo", "sumo_rl")
 
 
 @app.command(cls=Command)
-def bench(json: Json = False, debug: Debug = False) -> None:
+def bench(
+    against: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            rich_help_panel="Bench",
+            help="Checkout of another version: both are measured in turns and compared.",
+            show_default=False,
+        ),
+    ] = None,
+    rounds: Annotated[
+        int,
+        typer.Option(min=1, rich_help_panel="Bench", help="How often both versions are measured."),
+    ] = 3,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
     """Measure the speed of simulator, controllers and look-ups on this machine.
 
     It takes about a minute, and another one where SUMO is installed. All figures are medians
     over several rounds, measured in turns. A step is one simulated second of the whole network, the
     5×5 grid if no other is named; a decision is one intersection's, learning included. A ratio
     compares with another figure of the same rounds: its median, and between which extremes it lay.
+
+    For example:
+        dmil bench
+        dmil bench --against ../before
     """
+    if against is not None:
+        _compare(against, rounds, json)
+        return
     with waiting("measuring"):
         from dmil.benchmarks.cities import city_figures
         from dmil.benchmarks.lookups import lookup_figures
@@ -50,6 +75,26 @@ def bench(json: Json = False, debug: Debug = False) -> None:
     table.add_column("beside")
     for figure in figures:
         table.add_row(figure.name, _number(figure.value), figure.unit, _ratio(figure))
+    show(table)
+
+
+def _compare(folder: Path, rounds: int, json: bool) -> None:
+    from dmil.benchmarks.against import figures_against
+
+    with progress("measurements", first_word="measuring") as advance:
+        compared = figures_against(folder, rounds=rounds, progress=advance)
+    if json:
+        print_json({"figures": [asdict(each) for each in compared]})
+        return
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("what")
+    for head in ("here", "there"):
+        table.add_column(head, justify="right", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    table.add_column("here / there")
+    for each in compared:
+        ratio = f"{each.ratio:.3g} ({each.ratio_min:.3g} to {each.ratio_max:.3g})"
+        table.add_row(each.name, _number(each.here), _number(each.there), each.unit, ratio)
     show(table)
 
 
