@@ -30,7 +30,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 @cache
 def cache_folder() -> Path:
-    """Return the folder of compiled kernels for this version of the source (ours).
+    """Return the folder of compiled kernels for this version of the source.
 
     ``DMIL_CACHE`` overrides the base folder, else it is the user's cache folder.
     """
@@ -46,25 +46,25 @@ def cache_folder() -> Path:
 
 
 def user_cache_folder() -> Path:
-    """Return the folder for what can be made again but takes time (ours)."""
+    """Return the folder for what can be made again but takes time."""
     base = os.environ.get("DMIL_CACHE") or os.environ.get("XDG_CACHE_HOME") or "~/.cache"
     return Path(base).expanduser() / "dmil"
 
 
 def is_cold() -> bool:
-    """Tell whether kernels still have to be compiled for this version of the source (ours)."""
+    """Tell whether kernels still have to be compiled for this version of the source."""
     return not (cache_folder() / WARM_FILE).exists()
 
 
 def mark_warm() -> None:
-    """Note that all kernels have been compiled (ours)."""
+    """Note that all kernels have been compiled."""
     # Where no cache can be written every start compiles, and nothing else is wrong.
     with suppress(OSError):
         (cache_folder() / WARM_FILE).touch()
 
 
 class Kernel:
-    """A compiled function (ours).
+    """A compiled function.
 
     It is compiled anew for every caller's types. Called from Python it needs a wrapper that takes
     arrays out of objects, which for tuples of arrays costs more than the function itself to
@@ -115,7 +115,7 @@ class Kernel:
 
 
 def kernel(function: Function) -> Function:
-    """Compile a function that allocates nothing; keep the machine code on disk (ours).
+    """Compile a function that allocates nothing; keep the machine code on disk.
 
     Such a kernel changes arrays in place and returns numbers at most. It is compiled without
     Numba's reference counting of arrays, which otherwise takes most of the time of a function
@@ -125,7 +125,7 @@ def kernel(function: Function) -> Function:
 
 
 def inlined_kernel(function: Function) -> Function:
-    """Compile a small function into every kernel that calls it (ours).
+    """Compile a small function into every kernel that calls it.
 
     A call hands over all arrays of all tuples, which may take longer than what it is for.
     """
@@ -133,12 +133,12 @@ def inlined_kernel(function: Function) -> Function:
 
 
 def allocating_kernel(function: Function) -> Function:
-    """Compile a function that makes arrays; keep the machine code on disk (ours)."""
+    """Compile a function that makes arrays; keep the machine code on disk."""
     return cast(Function, Kernel(function))
 
 
 class TypedOnce:
-    """A kernel that Python calls with arguments of the same types every time (ours).
+    """A kernel that Python calls with arguments of the same types every time.
 
     A call of the kernel itself asks every array of every argument for its type first. For 50 arrays
     in tuples that takes longer than to decide for 25 intersections. Here the first call asks, and

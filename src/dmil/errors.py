@@ -11,7 +11,7 @@ from collections.abc import Iterable
 
 
 class DmilError(Exception):
-    """Base of all errors that are the user's to mend (ours)."""
+    """Base of all errors that are the user's to mend."""
 
 
 class InputError(DmilError):
@@ -130,7 +130,7 @@ def _rebuild(
 def unknown_name(
     kind: str, name: str, known: Iterable[str], *, where: str | None = None
 ) -> UnknownNameError:
-    """Build the error for a name that does not exist, suggesting the nearest (ours).
+    """Build the error for a name that does not exist, suggesting the nearest.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from dmil.errors import OutputError
 
 
 def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
-    """Let ``write`` fill a temporary file next to ``path``, then put it in place (ours).
+    """Let ``write`` fill a temporary file next to ``path``, then put it in place.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
 
 
 def write_text_atomically(path: Path, text: str) -> None:
-    """Write a text in UTF-8, whole or not at all (ours).
+    """Write a text in UTF-8, whole or not at all.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def write_text_atomically(path: Path, text: str) -> None:
 def held(lock: Path, *, where: Path, work: str) -> Iterator[None]:
     """Keep other processes out of a piece of work, by a file that is there as long as this one.
 
-    The system releases it when this process ends, in whatever way (ours).
+    The system releases it when this process ends, in whatever way.
 
     Parameters
     ----------

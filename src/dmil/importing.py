@@ -22,7 +22,7 @@ _trust: Trust = (frozenset(), False)
 
 
 def trust(*paths: str) -> None:
-    """Let files name these parts, too: they are imported, and what they do is done (ours).
+    """Let files name these parts, too: they are imported, and what they do is done.
 
     Parameters
     ----------
@@ -33,19 +33,19 @@ def trust(*paths: str) -> None:
 
 
 def get_trust() -> Trust:
-    """Return what is trusted, for a process that works for this one (ours)."""
+    """Return what is trusted, for a process that works for this one."""
     return _trust
 
 
 def set_trust(found: Trust) -> None:
-    """Trust what another process trusts, and nothing else (ours)."""
+    """Trust what another process trusts, and nothing else."""
     global _trust
     _trust = found
 
 
 @contextmanager
 def only(paths: Iterable[str]) -> Iterator[None]:
-    """Import nothing but these parts, whoever asks for others, until the block ends (ours).
+    """Import nothing but these parts, whoever asks for others, until the block ends.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def only(paths: Iterable[str]) -> Iterator[None]:
 
 
 def check_trusted(name: object, kind: str, *, where: str) -> None:
-    """Check that a part that a file names is one of ours, or named by the user, too (ours).
+    """Check that a part that a file names is one of ours, or named by the user, too.
 
     Nothing is imported.
 
@@ -84,7 +84,7 @@ def check_trusted(name: object, kind: str, *, where: str) -> None:
 
 
 def import_object(path: str, kind: str) -> Any:
-    """Import what ``package.module:name`` names (ours).
+    """Import what ``package.module:name`` names.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ LARGEST_SEED = 2**53 - 1
 
 
 def stream(seed: int, *names: str | int) -> np.random.Generator:
-    """Return the independent random stream that belongs to a seed and a name (ours).
+    """Return the independent random stream that belongs to a seed and a name.
 
     The same seed and names always give the same stream, whatever other streams were made before:
     adding a stream to the program never changes another one.
@@ -36,7 +36,7 @@ def stream(seed: int, *names: str | int) -> np.random.Generator:
 
 
 def tuning_seeds(seed: int, count: int) -> list[int]:
-    """Return master seeds for choosing a controller's options (ours).
+    """Return master seeds for choosing a controller's options.
 
     All are larger than `LARGEST_SEED`, so that no test has one of them: what was tuned never meets
     the chance that it was tuned on.
@@ -53,7 +53,7 @@ def tuning_seeds(seed: int, count: int) -> list[int]:
 
 
 def simulator_seed(seed: int, *names: str | int) -> int:
-    """Return a seed for the chance inside a simulator, 0 to 2³¹ − 2 (ours).
+    """Return a seed for the chance inside a simulator, 0 to 2³¹ − 2.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def global_random_state() -> tuple[object, ...]:
     -------
     state
         Equal to another one as long as nobody draws from, or seeds, Python's or numpy's global
-        random numbers in between (ours).
+        random numbers in between.
     """
     shared = np.random.get_state(legacy=False)
     normal = shared["has_gauss"], shared["gauss"]

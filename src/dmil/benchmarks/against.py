@@ -18,7 +18,7 @@ from dmil.errors import DmilError, InputError
 
 @dataclass(frozen=True, slots=True)
 class Against:
-    """A figure of this version and of another one (ours).
+    """A figure of this version and of another one.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Against:
 def figures_against(
     folder: Path, *, rounds: int, progress: Callable[[int, int], None]
 ) -> list[Against]:
-    """Measure this version and another one in turns; figures that only one has are left out (ours).
+    """Measure this version and another one in turns; figures that only one has are left out.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ MEAN_QUEUE_VEH, MEAN_APPROACHING_VEH = 1.0, 0.5
 
 
 def city_figures(*, side: int = SIDE, decisions: int = DECISIONS) -> list[Figure]:
-    """Measure the factored memory's decision, learning included (ours).
+    """Measure the factored memory's decision, learning included.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """One measured number, alone or beside another (ours).
+    """One measured number, alone or beside another.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ TURNED = Embedding("simple in 4 rotations", rotations=True, tolerance=SIMPLE.tol
 def lookup_figures(
     *, keys: int = KEYS, episodes: int = EPISODES, rounds: int = ROUNDS
 ) -> list[Figure]:
-    """Measure look-ups in compiled code; the scan must give the same answers (ours).
+    """Measure look-ups in compiled code; the scan must give the same answers.
 
     From a state to its row: the embedding's arithmetic is part of the time. Each round measures
     look-up and scan one after the other.
@@ -101,7 +101,7 @@ def visited_states(episodes: int) -> IntArray:
 
 
 def filled_rows(classes: Classes, states: IntArray, keys: int) -> Rows:
-    """Return one owner's rows: the first classes that states fall into, so many of them (ours)."""
+    """Return one owner's rows: the first classes that states fall into, so many of them."""
     rows = make_rows(1, keys, states.shape[1], classes.tolerance)
     _fill(rows, classes, states, make_scratch(classes))
     assert rows.size[0] == keys, "too few states for so many keys"

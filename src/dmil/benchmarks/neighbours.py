@@ -44,7 +44,7 @@ MFEC, NEC = "MFEC look-up, 11 nearest of", "NEC look-up, 50 nearest of"
 def neighbour_figures(
     *, entries: int = ENTRIES, episodes: int = EPISODES, rounds: int = ROUNDS
 ) -> list[Figure]:
-    """Measure look-ups in compiled code; scipy's tree must find neighbours as near (ours).
+    """Measure look-ups in compiled code; scipy's tree must find neighbours as near.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def neighbour_figures(
 
 
 def states_apart(entries: int, episodes: int) -> tuple[KeyArray, KeyArray]:
-    """Return different states as keys, and states that are none of them as questions (ours)."""
+    """Return different states as keys, and states that are none of them as questions."""
     columns = signalled_columns(SCENARIO.network)[0][0]
     states = visited_states(episodes)[:, columns].astype(np.float32)
     known, asked = np.split(states, [-len(states) // episodes])

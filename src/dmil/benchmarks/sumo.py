@@ -41,7 +41,7 @@ HOLD_S = 20
 
 
 def sumo_figures(*, horizon_s: int = HORIZON_S, rounds: int = ROUNDS) -> list[Figure]:
-    """Measure simulated seconds per second (ours).
+    """Measure simulated seconds per second.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def sumo_figures(*, horizon_s: int = HORIZON_S, rounds: int = ROUNDS) -> list[Fi
 
 
 def busy_grid(horizon_s: int = HORIZON_S) -> Scenario:
-    """Return a grid of the size and shape of Hangzhou's, with a program and much demand (ours).
+    """Return a grid of the size and shape of Hangzhou's, with a program and much demand.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ class Timed:
 
 
 def throughput_figures(*, horizon_s: int = HORIZON_S, rounds: int = ROUNDS) -> list[Figure]:
-    """Measure steps of the simulator and decisions of the learners (ours).
+    """Measure steps of the simulator and decisions of the learners.
 
     Parameters
     ----------

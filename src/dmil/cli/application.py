@@ -111,7 +111,7 @@ class LazyGroup(CommandGroup):
 
 
 def named_parts(arguments: Sequence[str]) -> set[str]:
-    """Return the import paths on a command line: the user's own word that they may run (ours).
+    """Return the import paths on a command line: the user's own word that they may run.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def named_parts(arguments: Sequence[str]) -> set[str]:
 
 
 def exit_code(run: Callable[[], Any], arguments: Sequence[str]) -> int:
-    """Run a command line; turn every end of it into messages and an exit code (ours).
+    """Run a command line; turn every end of it into messages and an exit code.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from dmil.simulation.stand_ins import stand_ins
 
 
 def built(recipe: ScenarioRecipe) -> Scenario:
-    """Make the scenario; say which vehicles are left out, and what does not act on them (ours)."""
+    """Make the scenario; say which vehicles are left out, and what does not act on them."""
     made = recipe.build()
     for remark in remarks_of(made.demand):
         if remark.kind in ACTING or remark.kind in LEFT_OUT:
@@ -23,7 +23,7 @@ def built(recipe: ScenarioRecipe) -> Scenario:
 
 
 def say_stand_ins(scenario: Scenario, simulator: str, controllers: Iterable[str]) -> None:
-    """Say which intersections' own control the queue simulator cannot run (ours).
+    """Say which intersections' own control the queue simulator cannot run.
 
     Parameters
     ----------

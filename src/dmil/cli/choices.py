@@ -136,7 +136,7 @@ class RewardChoice(BaseModel):
     )
 
     def make_reward(self) -> Reward:
-        """Make it (ours).
+        """Make it.
 
         Raises
         ------
@@ -147,7 +147,7 @@ class RewardChoice(BaseModel):
 
 
 def controller_options(many: bool) -> tuple[Option, ...]:
-    """Return the options that name a controller and change its settings (ours).
+    """Return the options that name a controller and change its settings.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ class ControllerChoice(BaseModel):
         return dict(self.model_extra or {})
 
     def complete(self) -> ControllerChoice:
-        """Return the same with all options of a named controller, defaults included (ours)."""
+        """Return the same with all options of a named controller, defaults included."""
         entry = CONTROLLERS.get(self.name)
         if entry is None or entry.settings is None:
             return self
@@ -228,7 +228,7 @@ def _named(text: str) -> dict[str, Any]:
 
 
 def with_scenario_of(recipe: ScenarioRecipe, policy: Policy | None) -> ScenarioRecipe:
-    """Return the parts of a scenario, taken from a policy's training if none is named (ours)."""
+    """Return the parts of a scenario, taken from a policy's training if none is named."""
     named = recipe.scenario or recipe.roadnet or recipe.flow or recipe.net or recipe.routes
     if named or policy is None or "recipe" not in policy.training:
         return recipe_of(recipe)
@@ -245,13 +245,13 @@ def with_scenario_of(recipe: ScenarioRecipe, policy: Policy | None) -> ScenarioR
 
 
 def recipe_of(settings: ScenarioRecipe) -> ScenarioRecipe:
-    """Return the scenario's part of a command's settings (ours)."""
+    """Return the scenario's part of a command's settings."""
     names = settings.model_fields_set & set(ScenarioRecipe.model_fields)
     return ScenarioRecipe(**{name: getattr(settings, name) for name in names})
 
 
 def files_as_settings(files: Sequence[str]) -> dict[str, Any]:
-    """Return which parts of a scenario the files are that stand behind a command (ours).
+    """Return which parts of a scenario the files are that stand behind a command.
 
     Parameters
     ----------
@@ -279,7 +279,7 @@ def files_as_settings(files: Sequence[str]) -> dict[str, Any]:
 
 
 def complete_scenario(settings: ScenarioRecipe) -> dict[str, Any]:
-    """Return what a scenario would fill in: horizon, signals, queues, demand, links (ours)."""
+    """Return what a scenario would fill in: horizon, signals, queues, demand, links."""
     if not (settings.scenario or settings.roadnet or settings.net):
         return {}
     grid = settings.grid
@@ -301,7 +301,7 @@ def complete_scenario(settings: ScenarioRecipe) -> dict[str, Any]:
 
 
 def accepted(controller: str, options: dict[str, Any]) -> dict[str, Any]:
-    """Return those of some options that a controller has (ours).
+    """Return those of some options that a controller has.
 
     Parameters
     ----------
@@ -327,5 +327,5 @@ def accepted(controller: str, options: dict[str, Any]) -> dict[str, Any]:
 
 
 def policy_from(path: Path | None) -> Policy | None:
-    """Read a policy where one is given (ours)."""
+    """Read a policy where one is given."""
     return None if path is None else load_policy(path)

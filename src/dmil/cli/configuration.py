@@ -34,7 +34,7 @@ _SHORTER = {
 
 
 def read_file(path: Path, kind: type[BaseModel]) -> Values:
-    """Read a TOML file whose keys are the fields of ``kind``, tables for those that nest (ours).
+    """Read a TOML file whose keys are the fields of ``kind``, tables for those that nest.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def _nested(field: FieldInfo) -> type[BaseModel] | None:
 
 
 def with_tables(values: Values, kind: type[BaseModel]) -> Values:
-    """Return a file's values with texts that stand for tables as these tables (ours).
+    """Return a file's values with texts that stand for tables as these tables.
 
     A controller may be given by its name alone; options go over the table, and not in its place.
     """
@@ -94,7 +94,7 @@ def with_tables(values: Values, kind: type[BaseModel]) -> Values:
 
 
 def merge(below: Values, above: Mapping[str, Any]) -> Values:
-    """Lay values over others, table by table; a table with another name is another thing (ours)."""
+    """Lay values over others, table by table; a table with another name is another thing."""
     if above.get("name", below.get("name")) != below.get("name") and "name" in below:
         return dict(above)
     merged = dict(below)
@@ -106,7 +106,7 @@ def merge(below: Values, above: Mapping[str, Any]) -> Values:
 
 
 def validated(kind: type[Model], values: Values, places: Mapping[str, str], file: str) -> Model:
-    """Make settings from values, with one clear error (ours).
+    """Make settings from values, with one clear error.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def _shown(value: Any) -> str:
 
 
 def as_toml(settings: BaseModel, title: str) -> str:
-    """Write settings as TOML, every key with its meaning; unset ones as comments (ours).
+    """Write settings as TOML, every key with its meaning; unset ones as comments.
 
     Parameters
     ----------
@@ -225,7 +225,7 @@ def _comment(text: str) -> list[str]:
 
 
 def pair(key: str, value: Any) -> str:
-    """Return a key with its value as TOML, a comment if it has none (ours)."""
+    """Return a key with its value as TOML, a comment if it has none."""
     if value is None:
         return f"# {key} ="
     return f"{key} = {toml_value(value)}"
@@ -238,7 +238,7 @@ def _key(key: object) -> str:
 
 
 def toml_value(value: Any) -> str:
-    """Return a value as TOML writes it (ours)."""
+    """Return a value as TOML writes it."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, int | float):
@@ -252,7 +252,7 @@ def toml_value(value: Any) -> str:
 
 
 def base_type(annotation: Any) -> Any:
-    """Return T of ``T | None``, other annotations as they are (ours)."""
+    """Return T of ``T | None``, other annotations as they are."""
     if typing.get_origin(annotation) in (typing.Union, types.UnionType):
         inner = [part for part in typing.get_args(annotation) if part is not type(None)]
         return base_type(inner[0]) if len(inner) == 1 else annotation
@@ -262,7 +262,7 @@ def base_type(annotation: Any) -> Any:
 
 
 def field_at(kind: type[BaseModel], path: str) -> FieldInfo:
-    """Return the field at a dotted path (ours)."""
+    """Return the field at a dotted path."""
     name, _, rest = path.partition(".")
     field = kind.model_fields[name]
     nested = _nested(field)
@@ -270,7 +270,7 @@ def field_at(kind: type[BaseModel], path: str) -> FieldInfo:
 
 
 def checked_field(kind: type[BaseModel], path: str, *, where: str, above: str = "") -> FieldInfo:
-    """Return the field at a dotted path that a user gave (ours).
+    """Return the field at a dotted path that a user gave.
 
     Parameters
     ----------
@@ -310,7 +310,7 @@ def checked_field(kind: type[BaseModel], path: str, *, where: str, above: str = 
 
 
 def without(values: Values, path: str) -> Values:
-    """Return values without what stands at a dotted path (ours)."""
+    """Return values without what stands at a dotted path."""
     name, _, rest = path.partition(".")
     if rest and isinstance(values.get(name), dict):
         return values | {name: without(values[name], rest)}
@@ -318,6 +318,6 @@ def without(values: Values, path: str) -> Values:
 
 
 def nested_value(path: str, value: Any) -> Values:
-    """Return ``{"a": {"b": value}}`` for the path "a.b" (ours)."""
+    """Return ``{"a": {"b": value}}`` for the path "a.b"."""
     name, _, rest = path.partition(".")
     return {name: nested_value(rest, value) if rest else value}

@@ -34,7 +34,7 @@ REFERENCES = ("program", REFERENCE, "max-pressure,approaching=true")
 
 
 def baselines_of(scenario: Scenario, simulator: str) -> tuple[str, ...]:
-    """Return who stands beside by default (ours).
+    """Return who stands beside by default.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def baselines_of(scenario: Scenario, simulator: str) -> tuple[str, ...]:
 def contenders_of(
     settings: EvaluateParameters, policies: list[Policy], scenario: Scenario
 ) -> tuple[list[Contender], str]:
-    """Return everyone who runs, each with a label of its own, and the reference's label (ours).
+    """Return everyone who runs, each with a label of its own, and the reference's label.
 
     Parameters
     ----------

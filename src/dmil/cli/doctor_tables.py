@@ -20,7 +20,7 @@ _LETTER = {"right": "R", "straight": "F", "left": "L", "uturn": "U"}
 
 
 def intersection_text(item: IntersectionFacts) -> Iterator[RenderableType]:
-    """Say all about one intersection (ours).
+    """Say all about one intersection.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def intersection_text(item: IntersectionFacts) -> Iterator[RenderableType]:
 
 
 def one_each(rows: Sequence[IntersectionFacts]) -> Table:
-    """Return one row for every intersection (ours).
+    """Return one row for every intersection.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def one_each(rows: Sequence[IntersectionFacts]) -> Table:
 
 
 def by_shape(rows: Sequence[IntersectionFacts]) -> Table:
-    """Return one row for every shape, with its busiest intersection (ours).
+    """Return one row for every shape, with its busiest intersection.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def _plan(item: IntersectionFacts, rows: Sequence[IntersectionFacts]) -> list[st
 
 
 def percent(share: float | None) -> Text:
-    """Return a degree of saturation, coloured if it is high (ours).
+    """Return a degree of saturation, coloured if it is high.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ def _table(*heads: str, gap: int = 1) -> Table:
 
 
 def short(name: str) -> str:
-    """Return an id that does not fill a line; its beginning is enough to name it (ours).
+    """Return an id that does not fill a line; its beginning is enough to name it.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ def short(name: str) -> str:
 
 
 def inside(part: RenderableType) -> Padding:
-    """Move a part in below its headline (ours).
+    """Move a part in below its headline.
 
     Parameters
     ----------
@@ -209,7 +209,7 @@ def inside(part: RenderableType) -> Padding:
 
 
 def indented(part: RenderableType, columns: int) -> Padding:
-    """Move a part in (ours).
+    """Move a part in.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ _COLOUR: dict[Severity, str] = {"error": "bold red", "warning": "yellow", "note"
 
 
 def network_text(diagnosis: Diagnosis, everything: bool) -> Iterator[RenderableType]:
-    """Say what the network is (ours).
+    """Say what the network is.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def network_text(diagnosis: Diagnosis, everything: bool) -> Iterator[RenderableT
 
 
 def demand_text(diagnosis: Diagnosis) -> Iterator[RenderableType]:
-    """Say who drives, when, and whether the signals can serve it (ours).
+    """Say who drives, when, and whether the signals can serve it.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def demand_text(diagnosis: Diagnosis) -> Iterator[RenderableType]:
 
 
 def findings_text(findings: Sequence[Finding], everything: bool) -> Iterator[RenderableType]:
-    """List findings with their mends, those of one kind together (ours).
+    """List findings with their mends, those of one kind together.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def _kind_text(
 
 
 def sparkline(counts: Sequence[int]) -> str:
-    """Draw numbers as bars of text, from 0 to the largest (ours).
+    """Draw numbers as bars of text, from 0 to the largest.
 
     Parameters
     ----------

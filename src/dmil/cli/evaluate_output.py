@@ -29,7 +29,7 @@ ONLINE = tuple(name for name, entry in CONTROLLERS.items() if entry.online)
 def notes_of(
     settings: EvaluateParameters, found: Comparison, scenario: Scenario, others: list[str]
 ) -> list[str]:
-    """Return how the numbers are to be read, a sentence or two each (ours).
+    """Return how the numbers are to be read, a sentence or two each.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def _left_out(scenario: Scenario) -> int:
 
 
 def write_seeds(path: Path, found: Comparison) -> None:
-    """Write every run as a row of a CSV: its measures, and what locked first in it (ours).
+    """Write every run as a row of a CSV: its measures, and what locked first in it.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def write_seeds(path: Path, found: Comparison) -> None:
 
 
 def as_json(found: Comparison, scenario: Scenario, notes: list[str]) -> dict[str, Any]:
-    """Return a comparison as its JSON object (ours).
+    """Return a comparison as its JSON object.
 
     Parameters
     ----------

@@ -42,7 +42,7 @@ SPREAD = "median IQM worst"
 
 
 def ranking_table(found: Comparison, measure: Measure) -> Table:
-    """Return one measure of all contenders: how it varies over seeds, and the differences (ours).
+    """Return one measure of all contenders: how it varies over seeds, and the differences.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def _name_lines(label: str) -> list[str]:
 
 
 def comparison_table(found: Comparison, columns: range) -> Table:
-    """Return means, intervals, how they vary over seeds, and differences to the reference (ours).
+    """Return means, intervals, how they vary over seeds, and differences to the reference.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ def write_plans(
     net_file: Path,
     begin_s: int,
 ) -> None:
-    """Write mean cycles as SUMO's programs, once they are checked (ours).
+    """Write mean cycles as SUMO's programs, once they are checked.
 
     Yellow, all-red and least greens are those of the run, or of the network's own plans where
     these are longer; so are the offsets, and the phase that a cycle begins with.

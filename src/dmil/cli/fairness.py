@@ -15,7 +15,7 @@ NAMED = 3
 
 
 def unfair(scenario: Scenario, labels: Sequence[str]) -> str:
-    """Return why a comparison with the network's own plan is not fair, else nothing (ours).
+    """Return why a comparison with the network's own plan is not fair, else nothing.
 
     Parameters
     ----------

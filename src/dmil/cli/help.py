@@ -39,7 +39,7 @@ class CommandGroup(TyperGroup):
 
 
 def print_help(command: Any, ctx: Any) -> None:
-    """Print what a command does, its options by group, its commands (ours).
+    """Print what a command does, its options by group, its commands.
 
     Parameters
     ----------

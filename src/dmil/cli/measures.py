@@ -57,12 +57,12 @@ UNFINISHED = (
 
 
 def own_or_s(seconds: int | None) -> str:
-    """Write a time of `dmil.scenarios.SignalTiming`: seconds, or that each plan tells (ours)."""
+    """Write a time of `dmil.scenarios.SignalTiming`: seconds, or that each plan tells."""
     return "as each plan says" if seconds is None else f"{seconds} s"
 
 
 def number(value: float, digits: int, sign: str = "") -> str:
-    """Return a number with a true minus sign, or a dash where there is none (ours).
+    """Return a number with a true minus sign, or a dash where there is none.
 
     Parameters
     ----------

@@ -128,7 +128,7 @@ class Option:
 
 
 def set_option(panel: str, *, help: str, example: str, path: str = "") -> Option:
-    """Return the option ``--set`` (ours).
+    """Return the option ``--set``.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def set_option(panel: str, *, help: str, example: str, path: str = "") -> Option
 
 
 def split(text: str) -> list[str]:
-    """Split at commas (ours)."""
+    """Split at commas."""
     return [part.strip() for part in text.split(",") if part.strip()]
 
 
@@ -168,7 +168,7 @@ def settings_command(
     complete: Callable[[Model], BaseModel] = lambda settings: settings,
     files: Callable[[Sequence[str]], Mapping[str, Any]] | None = None,
 ) -> Callable[[Callable[[Model, bool], None]], Callable[..., None]]:
-    """Turn a function of settings into a command with options, ``--config`` and ``--json`` (ours).
+    """Turn a function of settings into a command with options, ``--config`` and ``--json``.
 
     Parameters
     ----------

@@ -60,7 +60,7 @@ class MemoriesParameters(MemoriesStudySettings, RunningParameters):
 
 
 def variants(text: str) -> list[str]:
-    """Split at commas, but not before the options of a controller (ours)."""
+    """Split at commas, but not before the options of a controller."""
     found: list[str] = []
     for part in split(text):
         if "=" in part and found:

@@ -22,7 +22,7 @@ SEEDS = 3
 
 
 def judged(path: Path, policy: Policy, recipe: ScenarioRecipe, scenario: Scenario) -> Comparison:
-    """Run a policy, frozen, beside the network's plan and rivals in the queue simulator (ours).
+    """Run a policy, frozen, beside the network's plan and rivals in the queue simulator.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def judged(path: Path, policy: Policy, recipe: ScenarioRecipe, scenario: Scenari
 
 
 def verdict(found: Comparison, path: Path) -> list[str]:
-    """Say how it compares, in lines (ours).
+    """Say how it compares, in lines.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def verdict(found: Comparison, path: Path) -> list[str]:
 
 
 def as_json(found: Comparison) -> dict[str, Any]:
-    """Return the mean delays in s by contender (ours)."""
+    """Return the mean delays in s by contender."""
     means = found.measures[METRIC].mean(axis=0).tolist()
     return {METRIC: dict(zip(found.labels, means, strict=True)), "seeds": list(found.seeds)}
 

@@ -17,7 +17,7 @@ NO_RIVALS = ("foresight",)
 
 
 def answer(found: Comparison) -> str:
-    """Say in one or two sentences which contender to use (ours).
+    """Say in one or two sentences which contender to use.
 
     Those whose paired difference to the one with the least mean delay has an interval with 0 in it
     are level with it, unless they lock in some seeds and it does not, or it is shown to beat the
@@ -51,7 +51,7 @@ def answer(found: Comparison) -> str:
 
 
 def locked_notes(found: Comparison) -> list[str]:
-    """Name the runs in which a junction locked, one sentence for a contender (ours)."""
+    """Name the runs in which a junction locked, one sentence for a contender."""
     notes = []
     for label in found.labels:
         runs = {seed: one for (each, seed), one in found.locked.items() if each == label}

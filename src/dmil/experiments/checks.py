@@ -9,7 +9,7 @@ SET_BY_THE_STUDY = {"embedding", "communication", "epsilon_decay", "learning", "
 
 
 def check_horizon(horizon_s: int, decision_interval_s: int) -> None:
-    """Check that a run has at least two decisions, so that something can be learned (ours).
+    """Check that a run has at least two decisions, so that something can be learned.
 
     Raises
     ------

@@ -58,7 +58,7 @@ class Contender:
     reward_constants: RewardConstants = PAPER_CONSTANTS
 
     def make(self, network: RoadNetwork) -> Controller:
-        """Make the controller for a network, with what it has learned (ours)."""
+        """Make the controller for a network, with what it has learned."""
         options = json.loads(self.options)
         if self.policy is None:
             return make_controller(self.controller, options)
@@ -124,7 +124,7 @@ class Comparison:
         return self.same_demand and self.exact
 
     def mean(self, measure: str) -> Estimate:
-        """Return the mean over seeds, for every contender (ours).
+        """Return the mean over seeds, for every contender.
 
         Its interval is NaN where there is one day only.
         """
@@ -133,7 +133,7 @@ class Comparison:
         return self._of_this_day(estimate)
 
     def difference(self, measure: str, reference: str | None = None) -> Estimate | None:
-        """Return the paired difference to a reference, None if there is none (ours).
+        """Return the paired difference to a reference, None if there is none.
 
         Parameters
         ----------
@@ -154,7 +154,7 @@ class Comparison:
         return self._of_this_day(estimate)
 
     def spread(self, measure: str) -> dict[str, npt.NDArray[np.float64]]:
-        """Return median, interquartile mean and worst seed, (contenders,) each (ours)."""
+        """Return median, interquartile mean and worst seed, (contenders,) each."""
         values = self.measures[measure]
         worst = np.min if measure in MORE_IS_BETTER else np.max
         return {
@@ -164,7 +164,7 @@ class Comparison:
         }
 
     def ranked(self, measure: str) -> Comparison:
-        """Return the same with the contenders sorted, the least mean first (ours)."""
+        """Return the same with the contenders sorted, the least mean first."""
         order = np.argsort(self.measures[measure].mean(axis=0), kind="stable")
         return replace(
             self,
@@ -190,7 +190,7 @@ def compare(
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Comparison:
-    """Run every contender in every seed, on the same vehicles in a seed (ours).
+    """Run every contender in every seed, on the same vehicles in a seed.
 
     Parameters
     ----------
@@ -255,7 +255,7 @@ def _locked(
 
 
 def has_same_demand(scenario: Scenario, seed: int) -> bool:
-    """Tell whether the vehicles are the same in every seed, as recorded ones are (ours)."""
+    """Tell whether the vehicles are the same in every seed, as recorded ones are."""
     one, other = vehicles_of_seed(scenario, seed), vehicles_of_seed(scenario, seed + 1)
     return all(
         np.array_equal(getattr(one, name), getattr(other, name))

@@ -68,7 +68,7 @@ def _known(value: float) -> float | None:
 
 
 def series_rows(result: Run) -> list[Row]:
-    """Return a run's course as rows of the series: at every decision, and at the horizon (ours)."""
+    """Return a run's course as rows of the series: at every decision, and at the horizon."""
     measures = result.measures
     arrived = [0, *measures.arrived_at.tolist()]
     queued = [0, *measures.queued_at.tolist()]

@@ -31,7 +31,7 @@ never among them."""
 
 
 class Episodes:
-    """Episodes of a scenario, one after the other (ours).
+    """Episodes of a scenario, one after the other.
 
     Parameters
     ----------

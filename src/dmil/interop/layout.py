@@ -14,7 +14,7 @@ MaskArray = npt.NDArray[np.int8]
 
 
 class VectorLayout:
-    """Where what is seen of an intersection stands in its vector (ours).
+    """Where what is seen of an intersection stands in its vector.
 
     A vector of an intersection with m movements and p phases has 2·m + p + 2 places:
 

@@ -25,7 +25,7 @@ LEGEND = ((RED, "red"), (GREEN, "green"), (FREE, "no signal"), (COMING, "approac
 
 
 class Picture:
-    """Draws observations of a network, one picture after the other (ours).
+    """Draws observations of a network, one picture after the other.
 
     A row of boxes in front of a stop line is a queue, one box a vehicle, coloured by what the
     signal shows; grey boxes behind it are vehicles that reach the queue within one decision

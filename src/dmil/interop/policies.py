@@ -19,7 +19,7 @@ Predict = Callable[..., Any]
 
 
 class PredictController:
-    """A policy that was trained elsewhere, as a controller of this package (ours).
+    """A policy that was trained elsewhere, as a controller of this package.
 
     It sees what the environments' agents see and does not learn, so that ``dmil evaluate`` can
     judge it: write a function or class without arguments that makes one, and name it by its
@@ -88,7 +88,7 @@ class PredictController:
 
 
 class ControllerPolicy:
-    """A controller of this package in a loop of somebody else's, over our environments (ours).
+    """A controller of this package in a loop of somebody else's, over our environments.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ ENVIRONMENTS: dict[str, dict[str, str]] = {
 
 
 def register_environments() -> None:
-    """Make the names known to Gymnasium; nothing happens if they are (ours)."""
+    """Make the names known to Gymnasium; nothing happens if they are."""
     for name, options in ENVIRONMENTS.items():
         if name not in gymnasium.registry:
             gymnasium.register(

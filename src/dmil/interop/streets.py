@@ -62,7 +62,7 @@ class Strip:
 
 
 class Streets:
-    """The network laid out in a picture, North up (ours).
+    """The network laid out in a picture, North up.
 
     Parameters
     ----------

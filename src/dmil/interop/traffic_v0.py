@@ -175,7 +175,7 @@ def parallel_env(
     padded: bool = False,
     render_mode: str | None = None,
 ) -> TrafficEnv:
-    """Make a PettingZoo environment in which all agents decide at once (ours).
+    """Make a PettingZoo environment in which all agents decide at once.
 
     Parameters
     ----------
@@ -218,7 +218,7 @@ def env(
     reward: str | Reward = "queue",
     **options: Any,
 ) -> AECEnv:
-    """Make a PettingZoo environment in which agents decide one after the other (ours).
+    """Make a PettingZoo environment in which agents decide one after the other.
 
     It is PettingZoo's own conversion of `parallel_env`, with the same parameters: the network moves
     on when the last agent has chosen.

@@ -140,7 +140,7 @@ EXECUTORS = {"local": "processes of this machine", "ray": "tasks on Ray (extra '
 
 
 def make_executor(name: str, *, jobs: int | None = None, address: str | None = None) -> Executor:
-    """Make an executor from its name (ours).
+    """Make an executor from its name.
 
     Parameters
     ----------
@@ -166,12 +166,12 @@ def make_executor(name: str, *, jobs: int | None = None, address: str | None = N
 
 
 def available_cores() -> int:
-    """Return the cores that this process may use (ours)."""
+    """Return the cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def function_module(function: Callable[..., object]) -> str:
-    """Return the module of a function or of the function inside a partial (ours)."""
+    """Return the module of a function or of the function inside a partial."""
     inner = getattr(function, "func", function)
     return str(inner.__module__)
 

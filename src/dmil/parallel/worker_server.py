@@ -14,7 +14,7 @@ SAFE_PATH = "PYTHONSAFEPATH"
 
 
 def start_worker_server(module: str) -> None:
-    """Begin the server of worker processes, unless it runs already (ours).
+    """Begin the server of worker processes, unless it runs already.
 
     It imports while this process goes on. Ctrl-C reaches every process of a terminal, but only
     this one shall act on it: while the server still imports it would print a traceback. Nor shall

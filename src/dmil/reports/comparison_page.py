@@ -40,7 +40,7 @@ def write_comparison(
     about: Sequence[str],
     notes: Sequence[str],
 ) -> None:
-    """Write a comparison as one page that works offline (ours).
+    """Write a comparison as one page that works offline.
 
     Parameters
     ----------

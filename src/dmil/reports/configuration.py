@@ -7,12 +7,12 @@ from typing import Any
 
 
 def configuration_rows(configuration: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return every value of a configuration with its dotted name (ours)."""
+    """Return every value of a configuration with its dotted name."""
     return [(name, shown(value)) for name, value in leaves(configuration)]
 
 
 def find_value(configuration: Mapping[str, Any], name: str, default: Any) -> Any:
-    """Return the first value of that name anywhere in a configuration (ours)."""
+    """Return the first value of that name anywhere in a configuration."""
     for key, value in leaves(configuration):
         if key.rsplit(".", 1)[-1] == name:
             return value

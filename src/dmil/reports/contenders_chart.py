@@ -16,7 +16,7 @@ BROAD = 10.0
 
 
 def contenders_chart(found: Comparison, metric: str, title: str) -> Chart:
-    """Draw a measure's means, intervals and seeds, in the order of the contenders (ours).
+    """Draw a measure's means, intervals and seeds, in the order of the contenders.
 
     Parameters
     ----------

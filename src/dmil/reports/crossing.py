@@ -35,7 +35,7 @@ class Road(NamedTuple):
 
 
 class Crossing:
-    """The geometry of one intersection (ours).
+    """The geometry of one intersection.
 
     Parameters
     ----------

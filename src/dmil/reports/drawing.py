@@ -89,7 +89,7 @@ class DrawingProcesses:
 
 
 def draw_named(folder: Path, names: Iterable[str]) -> None:
-    """Draw ``NAME.json`` of a folder for every name, into files beside it (ours)."""
+    """Draw ``NAME.json`` of a folder for every name, into files beside it."""
     for line in names:
         name = line.strip()
         spec = json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))

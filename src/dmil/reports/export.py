@@ -52,7 +52,7 @@ def picture(spec: Specification, format: str) -> bytes:
 
 
 def save_figure(chart: alt.TopLevelMixin | Specification, path: Path | str) -> Path:
-    """Save a chart in the format that the ending of the path names (ours).
+    """Save a chart in the format that the ending of the path names.
 
     Raises
     ------

@@ -36,14 +36,14 @@ class Figure:
 
 
 def figure(name: str, section: str, scenario: str, caption: str, chart: Chart) -> Figure:
-    """Return a figure whose description, for those who cannot see it, is its caption (ours)."""
+    """Return a figure whose description, for those who cannot see it, is its caption."""
     spec = specification(chart)
     spec["description"] = caption
     return Figure(name, section, scenario, caption, spec)
 
 
 def darkened(made: Figure, section: str) -> Figure:
-    """Return a figure for dark pages, such as those of a code host at night (ours).
+    """Return a figure for dark pages, such as those of a code host at night.
 
     Parameters
     ----------
@@ -61,5 +61,5 @@ def darkened(made: Figure, section: str) -> Figure:
 
 
 def slug(name: str) -> str:
-    """Return a name as part of a file's name: "grid-5x5" for "grid:5x5" (ours)."""
+    """Return a name as part of a file's name: "grid-5x5" for "grid:5x5"."""
     return "".join(letter if letter.isalnum() else "-" for letter in name)

@@ -46,7 +46,7 @@ def _options_below(label: str) -> Markup:
 
 
 def shared_values(results: Results, figures: Sequence[Figure]) -> dict[str, Any]:
-    """Return what every page says about its study, and what its figures need (ours)."""
+    """Return what every page says about its study, and what its figures need."""
     return {
         "manifest": results.manifest,
         "version": dmil.__version__,

@@ -24,7 +24,7 @@ YIELD_DASH = (4, 3)
 
 
 def intersection_chart(diagnosis: Diagnosis, index: int) -> Chart:
-    """Draw an intersection with its phases (ours).
+    """Draw an intersection with its phases.
 
     Parameters
     ----------

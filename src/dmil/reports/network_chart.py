@@ -30,7 +30,7 @@ ALONE, ANOTHER = "#3a3a3a", "#858585"
 
 
 def network_chart(diagnosis: Diagnosis) -> Chart:
-    """Draw a network (ours).
+    """Draw a network.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def _tip(number: int, item: IntersectionFacts) -> dict[str, str]:
 
 
 def apart(places: Points, distance: float) -> Points:
-    """Push places away from each other until none are nearer than a distance (ours).
+    """Push places away from each other until none are nearer than a distance.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ Points = npt.NDArray[np.float64]
 
 
 def beside(points: Points, distance: float) -> Points:
-    """Move a line aside (ours).
+    """Move a line aside.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def beside(points: Points, distance: float) -> Points:
 
 
 def without_repeats(points: Points, least: float = 1e-6) -> Points:
-    """Leave out points that are nearer to the one before than a least distance (ours).
+    """Leave out points that are nearer to the one before than a least distance.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def without_repeats(points: Points, least: float = 1e-6) -> Points:
 
 
 def beginning(points: Points, length: float) -> Points:
-    """Return the first part of a line (ours).
+    """Return the first part of a line.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def beginning(points: Points, length: float) -> Points:
 
 
 def ending(points: Points, length: float) -> Points:
-    """Return the last part of a line (ours).
+    """Return the last part of a line.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def ending(points: Points, length: float) -> Points:
 
 
 def without_end(points: Points, length: float) -> Points:
-    """Return a line less its last part, but at least a tenth of it (ours).
+    """Return a line less its last part, but at least a tenth of it.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def without_end(points: Points, length: float) -> Points:
 
 
 def inside(points: Points, low: Points, high: Points) -> list[Points]:
-    """Return the parts of a line that are inside of a box (ours).
+    """Return the parts of a line that are inside of a box.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def _cut(here: Points, there: Points, low: Points, high: Points) -> tuple[Points
 
 
 def bend(start: Points, ahead: Points, end: Points, onward: Points, reach: float) -> Points:
-    """Return a smooth way from one direction into another (ours).
+    """Return a smooth way from one direction into another.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def bend(start: Points, ahead: Points, end: Points, onward: Points, reach: float
 
 
 def direction(points: Points, *, at_end: bool) -> Points:
-    """Return the unit vector along a line at one of its ends (ours).
+    """Return the unit vector along a line at one of its ends.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ _NARROW, _WIDE = set("iljtfrI.,:;'|!()[] "), set("mwMW@%")
 
 
 def text_width(text: str, size_px: float) -> float:
-    """Return about how wide a text is in px (ours).
+    """Return about how wide a text is in px.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def text_width(text: str, size_px: float) -> float:
 
 
 def shortened(text: str, width_px: float, size_px: float) -> str:
-    """Return a text that is no wider than asked for, cut at its end if need be (ours).
+    """Return a text that is no wider than asked for, cut at its end if need be.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def shortened(text: str, width_px: float, size_px: float) -> str:
 
 
 class Sheet:
-    """Collects what is drawn; x to the right, y downwards, later things above earlier ones (ours).
+    """Collects what is drawn; x to the right, y downwards, later things above earlier ones.
 
     Parameters
     ----------

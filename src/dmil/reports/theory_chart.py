@@ -18,7 +18,7 @@ _WIDTH, _HEIGHT = 300, 190
 def growth_ratios(
     actions: int, staged_ratio: float, stage_period: int, stagings: int, distinct_states: int
 ) -> Chart:
-    """Draw ζ of the worst case over stagings beside ζ of the best case over states met (ours).
+    """Draw ζ of the worst case over stagings beside ζ of the best case over states met.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ MANIFEST_FILE = "manifest.json"
 
 
 def write_manifest(folder: Path | str, manifest: Mapping[str, Any]) -> None:
-    """Write ``manifest.json`` (ours).
+    """Write ``manifest.json``.
 
     What :func:`provenance` knows is added; entries of ``manifest`` win over it. A study should give
     ``configuration``, ``started`` and ``finished`` (ISO 8601) and ``wall_s``.
@@ -51,7 +51,7 @@ def write_manifest(folder: Path | str, manifest: Mapping[str, Any]) -> None:
 
 
 def read_manifest(folder: Path | str) -> dict[str, Any]:
-    """Read and check ``manifest.json`` (ours).
+    """Read and check ``manifest.json``.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def read_manifest(folder: Path | str) -> dict[str, Any]:
 
 
 def provenance() -> dict[str, Any]:
-    """Return schema version, versions of what computed it, command line and machine (ours)."""
+    """Return schema version, versions of what computed it, command line and machine."""
     return {
         "schema_version": SCHEMA_VERSION,
         "versions": {

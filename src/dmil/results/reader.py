@@ -17,7 +17,7 @@ from dmil.results.writer import table_file
 
 
 class Results:
-    """A folder of results, checked when it is opened (ours).
+    """A folder of results, checked when it is opened.
 
     Parameters
     ----------

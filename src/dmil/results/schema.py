@@ -312,7 +312,7 @@ TABLES: dict[str, Table] = {
 
 
 def schema_markdown() -> str:
-    """Return the documentation of all tables as Markdown (ours)."""
+    """Return the documentation of all tables as Markdown."""
     lines = [f"Schema version {SCHEMA_VERSION}."]
     for title, table in TABLES.items():
         lines += ["", f"### `{title}.parquet`", "", "| column | type | unit | meaning |"]

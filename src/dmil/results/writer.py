@@ -13,7 +13,7 @@ from dmil.results.schema import TABLES, Table
 
 
 def table_file(name: str) -> str:
-    """Return the name of a table's file (ours)."""
+    """Return the name of a table's file."""
     return f"{name}.parquet"
 
 
@@ -25,7 +25,7 @@ def write_results(
     lookups: pl.DataFrame | None = None,
     timings: pl.DataFrame | None = None,
 ) -> None:
-    """Write all tables of results into a folder, each in a file of its name (ours).
+    """Write all tables of results into a folder, each in a file of its name.
 
     Rows are sorted by what identifies them, so the bytes do not depend on the order in which the
     runs finished. Each file appears whole under its name or not at all.

@@ -15,7 +15,7 @@ from dmil.seeding import global_random_state
 
 
 class ConformanceError(AssertionError):
-    """A controller, simulator or reward breaks a rule that every one of them keeps (ours).
+    """A controller, simulator or reward breaks a rule that every one of them keeps.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ class Witness:
 
 
 def difference(before: object, after: object, name: str) -> str | None:
-    """Say where two values differ in type, shape or number; None if nowhere (ours).
+    """Say where two values differ in type, shape or number; None if nowhere.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def _array_difference(before: np.ndarray, after: np.ndarray, name: str) -> str |
 
 
 def array_in_words(value: object) -> str:
-    """Describe something that should be an array (ours)."""
+    """Describe something that should be an array."""
     if isinstance(value, np.ndarray):
         return f"an array of shape {value.shape} and type {value.dtype}"
     return f"a {type(value).__name__}"

@@ -12,7 +12,7 @@ from dmil.testing.trials import ControllerRule, Trial, chance, no_reward
 
 
 def check_controller(make: Callable[[], object], scenario: Scenario | None = None) -> None:
-    """Check a controller on networks of different shapes (ours).
+    """Check a controller on networks of different shapes.
 
     What its choices are worth is not judged.
 

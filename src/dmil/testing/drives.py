@@ -52,7 +52,7 @@ class SimulatorRule(StrEnum):
 
 
 def made(make: Callable[[], object], witness: Witness) -> Simulator:
-    """Make a simulator and check its verbs (ours)."""
+    """Make a simulator and check its verbs."""
     with witness.no_exception(SimulatorRule.FRESH, "make()"):
         simulator = make()
     witness.subject = type(simulator).__name__

@@ -19,7 +19,7 @@ RESERVED = ("file", "header")
 
 
 def check_memory(trial: Trial) -> None:
-    """Check a controller that remembers, on one scenario (ours).
+    """Check a controller that remembers, on one scenario.
 
     Raises
     ------

@@ -30,7 +30,7 @@ _AROUND = {
 
 
 def proving_grounds() -> tuple[Scenario, ...]:
-    """Return the scenarios on which parts are checked (ours).
+    """Return the scenarios on which parts are checked.
 
     The paper's single intersection; a grid that is not square; and an uneven row of intersections
     with three and four ways, six and eight movements, three, two and a single phase, roads of
@@ -47,7 +47,7 @@ def proving_grounds() -> tuple[Scenario, ...]:
 
 
 def uneven_network() -> RoadNetwork:
-    """Build a row of a three-way, a four-way and a three-way junction, no two alike (ours)."""
+    """Build a row of a three-way, a four-way and a three-way junction, no two alike."""
     position_m = {"A": (0.0, 0.0), "B": (200.0, 0.0), "C": (400.0, 0.0)}
     links: dict[str, Link] = {}
     for node, around in _AROUND.items():

@@ -34,7 +34,7 @@ class RewardRule(StrEnum):
 
 
 def check_reward(function: Callable[..., object]) -> None:
-    """Check a reward on networks of different shapes (ours).
+    """Check a reward on networks of different shapes.
 
     Parameters
     ----------

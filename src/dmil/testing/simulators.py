@@ -23,7 +23,7 @@ SLACK_S = 60
 
 
 def check_simulator(make: Callable[[], object], vehicles: Vehicles | None = None) -> None:
-    """Check a simulator (ours).
+    """Check a simulator.
 
     It runs about as many times as its intersections have phases, and a few times more.
 

@@ -233,10 +233,10 @@ class Watch:
 
 
 def chance(name: str) -> np.random.Generator:
-    """Return a new generator; the same name gives the same numbers (ours)."""
+    """Return a new generator; the same name gives the same numbers."""
     return stream(0, "conformance", name)
 
 
 def no_reward(before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
-    """Return 0 for every intersection (ours)."""
+    """Return 0 for every intersection."""
     return np.zeros(len(network.intersections))

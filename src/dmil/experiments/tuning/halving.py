@@ -211,7 +211,7 @@ def _rounded(values: Range | Choice, value: Any) -> Any:
 
 
 def library_version() -> str:
-    """Return which version of Optuna proposes candidates (ours).
+    """Return which version of Optuna proposes candidates.
 
     Raises
     ------

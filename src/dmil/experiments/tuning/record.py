@@ -91,7 +91,7 @@ class Tuned(BaseModel):
         return min(finished, key=lambda i: (self.trials[i].mean, i), default=0)
 
     def check(self, trial: int) -> np.ndarray:
-        """Return the (check seeds,) scores of a trial, NaN where there is none (ours)."""
+        """Return the (check seeds,) scores of a trial, NaN where there is none."""
         scores = self.trials[trial].scores[self.settings["seeds"] :]
         return np.array([each if isinstance(each, float) else np.nan for each in scores])
 
@@ -105,7 +105,7 @@ class Tuned(BaseModel):
         ]
 
     def summary(self) -> dict[str, Any]:
-        """Return what a report tells: budget, chosen values, best against defaults (ours)."""
+        """Return what a report tells: budget, chosen values, best against defaults."""
         checked = self.leader > 0
         return {
             "controller": self.label,
@@ -137,7 +137,7 @@ class Tuned(BaseModel):
         return self.trials[trial].mean if self.trials else None
 
     def difference(self, *, relative: bool) -> Estimate:
-        """Return leader minus defaults on the check's seeds, with its paired interval (ours).
+        """Return leader minus defaults on the check's seeds, with its paired interval.
 
         Parameters
         ----------
@@ -150,7 +150,7 @@ class Tuned(BaseModel):
 
 
 def save_tuned(tuned: Tuned, path: Path) -> None:
-    """Write a tuning, finished or not (ours).
+    """Write a tuning, finished or not.
 
     Raises
     ------
@@ -205,7 +205,7 @@ def load_tuned(path: Path) -> Tuned:
 
 
 def load_tuned_folder(folder: Path) -> list[Tuned]:
-    """Read every tuning in a folder (ours).
+    """Read every tuning in a folder.
 
     Raises
     ------

@@ -52,7 +52,7 @@ def tune(
     """Tune a controller and keep all that was run in a file; what a file holds is not run again.
 
     The best of the search is best on the seeds it was chosen with, so it meets the defaults once
-    more on further tuning seeds, and is chosen only if it is better there, too (ours).
+    more on further tuning seeds, and is chosen only if it is better there, too.
 
     Parameters
     ----------

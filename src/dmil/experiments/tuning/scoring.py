@@ -65,7 +65,7 @@ class Judge:
     reward_constants: RewardConstants = PAPER_CONSTANTS
 
     def __call__(self, trial: Trial) -> tuple[Trial, float | str]:
-        """Return a trial's score, or why there is none (ours)."""
+        """Return a trial's score, or why there is none."""
         try:
             score = self.score(json.loads(trial.options), trial.seed)
         except DivergedError as error:
@@ -74,7 +74,7 @@ class Judge:
         return trial, round(score, 6) if math.isfinite(score) else f"{self.metric} is {score}"
 
     def score(self, options: dict[str, object], seed: int) -> float:
-        """Return what is to be made low, after training where the controller learns (ours).
+        """Return what is to be made low, after training where the controller learns.
 
         Raises
         ------

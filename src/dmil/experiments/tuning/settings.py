@@ -16,7 +16,7 @@ Metric = Literal["delay_s", "travel_time_s", "wait_per_spawned_s", "mean_queue_v
 
 
 class TuningSettings(BaseModel):
-    """Tuning of controllers, the same for each of them (ours)."""
+    """Tuning of controllers, the same for each of them."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -56,10 +56,10 @@ class TuningSettings(BaseModel):
         return tuple(self.seeds // FACTOR**left for left in reversed(range(RUNGS)))
 
     def runs_per_seed(self, *, learns: bool) -> int:
-        """Return the runs that one score costs (ours)."""
+        """Return the runs that one score costs."""
         return 1 + (self.episodes if learns else 0)
 
     def least_budget(self, *, learns: bool) -> int:
-        """Return the runs for the defaults, the check and one candidate (ours)."""
+        """Return the runs for the defaults, the check and one candidate."""
         scores = self.seeds + 2 * self.check_seeds + self.seeds
         return scores * self.runs_per_seed(learns=learns)

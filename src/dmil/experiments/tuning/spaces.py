@@ -45,7 +45,7 @@ class Range:
     whole: bool = False
 
     def rounded(self, value: float) -> float:
-        """Return a value with few digits, still within the range (ours)."""
+        """Return a value with few digits, still within the range."""
         if self.whole:
             return int(value)
         return min(max(float(f"{value:.{DIGITS}g}"), self.low), self.high)
@@ -138,7 +138,7 @@ NOT_TUNED = {
 
 
 def search_space(controller: str, fixed: Mapping[str, object] | None = None) -> Space:
-    """Return the options of a controller that are tuned, with their values (ours).
+    """Return the options of a controller that are tuned, with their values.
 
     Parameters
     ----------
@@ -162,14 +162,14 @@ def search_space(controller: str, fixed: Mapping[str, object] | None = None) -> 
 
 
 def defaults(controller: str, space: Space) -> dict[str, Any]:
-    """Return what the options of a space are when nobody sets them (ours)."""
+    """Return what the options of a space are when nobody sets them."""
     entry = CONTROLLERS.get(controller)
     usual: BaseModel | None = entry.settings() if entry and entry.settings else None
     return {name: getattr(usual, name) for name in space}
 
 
 def as_json(space: Space) -> dict[str, Any]:
-    """Return a space as plain values (ours)."""
+    """Return a space as plain values."""
     return {name: asdict(each) for name, each in space.items()}
 
 

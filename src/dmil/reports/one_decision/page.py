@@ -34,25 +34,25 @@ how fast the memories grow."""
 
 
 def one_decision_markdown() -> str:
-    """Run the scenario and return the page: markdown, the same on every machine (ours)."""
+    """Run the scenario and return the page: markdown, the same on every machine."""
     return markdown_of(shown_trace())
 
 
 def shown_trace() -> Trace:
-    """Return the run that the page is about (ours)."""
+    """Return the run that the page is about."""
     made = scenario(SCENARIO, horizon_s=HORIZON_S)
     return Trace(made, REWARD, SEED, DualMemorySettings())
 
 
 def markdown_of(trace: Trace) -> str:
-    """Return the page about a run on a grid under the reward "diffusion" (ours)."""
+    """Return the page about a run on a grid under the reward "diffusion"."""
     story = best_story(trace)
     sections = (section(story) for section in SECTIONS)
     return wrapped("\n\n".join((_beginning(story), *sections, END))) + "\n"
 
 
 def best_story(trace: Trace) -> Story:
-    """Choose the decision at which there is most to see, and the staging of most fates (ours)."""
+    """Choose the decision at which there is most to see, and the staging of most fates."""
     decisions = trace.decisions()
     decision = max(decisions, key=worth_showing)
 
@@ -66,7 +66,7 @@ def best_story(trace: Trace) -> Story:
 
 
 def worth_showing(decision: Decision) -> tuple[int, ...]:
-    """Return how much there is to see in a decision, what matters most first (ours)."""
+    """Return how much there is to see in a decision, what matters most first."""
     long, short = decision.long, decision.short
     return (
         bool(long and short and not decision.explored and not decision.stages),
