@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dmil.controllers.planner.beam import AHEAD_INTERVALS, search
-from dmil.controllers.planner.crossing import Crossing
+from dmil.controllers.planner.crossing import KnownIntersection
 from dmil.scenarios import UniformTiming
 from dmil.seeding import stream
 
@@ -98,7 +98,7 @@ def test_plans_are_those_of_the_plain_search(case):
         startup_lost_s=int(rng.integers(0, interval_s - clearance_s + 1)) if case % 3 else 0,
     )
     unsignalled = rng.random(movements) < 0.2
-    crossing = Crossing(
+    crossing = KnownIntersection(
         served=(rng.random((phases, movements)) < 0.5) & ~unsignalled,
         unsignalled=unsignalled,
         lane_offset=np.cumsum([0, *rng.integers(1, 3, movements)]).astype(np.int32),

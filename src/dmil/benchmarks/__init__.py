@@ -1,5 +1,5 @@
 """Measurements of speed, printed and never asserted."""
 
-from dmil.benchmarks.figures import Figure
+from dmil.benchmarks.figures import SpeedFigure
 
-__all__ = ["Figure"]
+__all__ = ["SpeedFigure"]

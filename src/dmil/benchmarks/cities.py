@@ -12,7 +12,7 @@ from time import perf_counter
 
 import numpy as np
 
-from dmil.benchmarks.figures import Figure
+from dmil.benchmarks.figures import SpeedFigure
 from dmil.controllers import Situation
 from dmil.controllers.lanes.factored import FactoredController
 from dmil.controllers.protocol import FloatArray, IntArray
@@ -27,7 +27,7 @@ SIGHTS = 6
 MEAN_QUEUE_VEH, MEAN_APPROACHING_VEH = 1.0, 0.5
 
 
-def city_figures(*, side: int = SIDE, decisions: int = DECISIONS) -> list[Figure]:
+def city_figures(*, side: int = SIDE, decisions: int = DECISIONS) -> list[SpeedFigure]:
     """Measure the factored memory's decision, learning included.
 
     Parameters
@@ -40,7 +40,7 @@ def city_figures(*, side: int = SIDE, decisions: int = DECISIONS) -> list[Figure
     figures = []
     for signals, timing in (("", SignalTiming()), (" with clearance", SignalTiming(clearance_s=3))):
         name = f"factored memory's decision for {side * side} intersections{signals}"
-        figures.append(Figure(name, _decision_ms(side, timing, decisions), "ms"))
+        figures.append(SpeedFigure(name, _decision_ms(side, timing, decisions), "ms"))
     return figures
 
 

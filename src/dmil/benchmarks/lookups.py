@@ -14,7 +14,7 @@ from time import perf_counter
 import numpy as np
 import numpy.typing as npt
 
-from dmil.benchmarks.figures import Figure
+from dmil.benchmarks.figures import SpeedFigure
 from dmil.compilation import kernel
 from dmil.controllers import Situation
 from dmil.controllers.tabular.agents import classes_of
@@ -43,7 +43,7 @@ TURNED = Embedding("simple in 4 rotations", rotations=True, tolerance=SIMPLE.tol
 
 def lookup_figures(
     *, keys: int = KEYS, episodes: int = EPISODES, rounds: int = ROUNDS
-) -> list[Figure]:
+) -> list[SpeedFigure]:
     """Measure look-ups in compiled code; the scan must give the same answers.
 
     From a state to its row: the embedding's arithmetic is part of the time. Each round measures
@@ -123,13 +123,13 @@ def _measure(rows: Rows, classes: Classes, states: IntArray, rounds: int) -> Flo
     return times_s
 
 
-def _figures(name: str, times_s: FloatArray, unit: str) -> list[Figure]:
+def _figures(name: str, times_s: FloatArray, unit: str) -> list[SpeedFigure]:
     ratios = (times_s[0] / times_s[1]).tolist()
     look_up_time, scan_time = (np.median(times_s, axis=1) * PER_S[unit]).tolist()
     scan = f"{name}, by a scan"
     return [
-        Figure(name, look_up_time, unit, scan, median(ratios), min(ratios), max(ratios)),
-        Figure(scan, scan_time, unit),
+        SpeedFigure(name, look_up_time, unit, scan, median(ratios), min(ratios), max(ratios)),
+        SpeedFigure(scan, scan_time, unit),
     ]
 
 

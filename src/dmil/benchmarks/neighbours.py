@@ -14,7 +14,7 @@ from time import perf_counter
 import numpy as np
 from scipy.spatial import cKDTree
 
-from dmil.benchmarks.figures import Figure
+from dmil.benchmarks.figures import SpeedFigure
 from dmil.benchmarks.lookups import SCENARIO, visited_states
 from dmil.compilation import kernel
 from dmil.controllers.episodic.by_shape import signalled_columns
@@ -43,7 +43,7 @@ MFEC, NEC = "MFEC look-up, 11 nearest of", "NEC look-up, 50 nearest of"
 
 def neighbour_figures(
     *, entries: int = ENTRIES, episodes: int = EPISODES, rounds: int = ROUNDS
-) -> list[Figure]:
+) -> list[SpeedFigure]:
     """Measure look-ups in compiled code; scipy's tree must find neighbours as near.
 
     Parameters
@@ -77,7 +77,7 @@ def states_apart(entries: int, episodes: int) -> tuple[KeyArray, KeyArray]:
 
 def _figures(
     name: str, keys: KeyArray, questions: KeyArray, count: int, weighted: bool, rounds: int
-) -> list[Figure]:
+) -> list[SpeedFigure]:
     store, nearest = make_entries(1, len(keys), keys.shape[1]), make_neighbours(count)
     for key in keys:
         insert(store, 0, key, float(key.sum()), tick(store))
@@ -99,8 +99,8 @@ def _figures(
     mine, other = np.median(microseconds, axis=0).tolist()
     tree_name = f"{name}, by scipy's cKDTree"
     return [
-        Figure(name, mine, "µs", tree_name, median(ratios), min(ratios), max(ratios)),
-        Figure(tree_name, other, "µs"),
+        SpeedFigure(name, mine, "µs", tree_name, median(ratios), min(ratios), max(ratios)),
+        SpeedFigure(tree_name, other, "µs"),
     ]
 
 

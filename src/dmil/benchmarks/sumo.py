@@ -19,7 +19,7 @@ from time import perf_counter
 
 import numpy as np
 
-from dmil.benchmarks.figures import Figure
+from dmil.benchmarks.figures import SpeedFigure
 from dmil.controllers.protocol import IntArray
 from dmil.demand import PoissonDemand, Vehicles
 from dmil.network import Program, RoadNetwork, Stage, grid
@@ -40,7 +40,7 @@ HOLD_S = 20
 """How long the controller that is no controller shows each phase."""
 
 
-def sumo_figures(*, horizon_s: int = HORIZON_S, rounds: int = ROUNDS) -> list[Figure]:
+def sumo_figures(*, horizon_s: int = HORIZON_S, rounds: int = ROUNDS) -> list[SpeedFigure]:
     """Measure simulated seconds per second.
 
     Parameters
@@ -152,7 +152,7 @@ class _BareLoop:
         return float(done.stdout.split()[-1])
 
 
-def _figures(name: str, made: Scenario, folder: Path, rounds: int) -> list[Figure]:
+def _figures(name: str, made: Scenario, folder: Path, rounds: int) -> list[SpeedFigure]:
     vehicles = vehicles_of_seed(made, 0)
     files = run_files(made, folder)
     write_routes(folder / "vehicles.rou.xml", vehicles, files)
@@ -189,7 +189,7 @@ def _figures(name: str, made: Scenario, folder: Path, rounds: int) -> list[Figur
             "queue",
             "bare",
         ),
-        Figure(f"bare SUMO, {program}", median(speeds["bare"]), "steps/s"),
+        SpeedFigure(f"bare SUMO, {program}", median(speeds["bare"]), "steps/s"),
         _beside(
             f"SUMO simulator, {phases}",
             f"bare SUMO, {phases}",
@@ -197,16 +197,16 @@ def _figures(name: str, made: Scenario, folder: Path, rounds: int) -> list[Figur
             "sumo, changing",
             "bare, changing",
         ),
-        Figure(f"bare SUMO, {phases}", median(speeds["bare, changing"]), "steps/s"),
+        SpeedFigure(f"bare SUMO, {phases}", median(speeds["bare, changing"]), "steps/s"),
     ]
 
 
 def _beside(
     name: str, other: str, speeds: dict[str, list[float]], mine: str, theirs: str
-) -> Figure:
+) -> SpeedFigure:
     ratios = [a / b for a, b in zip(speeds[mine], speeds[theirs], strict=True)]
     value = median(speeds[mine])
-    return Figure(name, value, "steps/s", other, median(ratios), min(ratios), max(ratios))
+    return SpeedFigure(name, value, "steps/s", other, median(ratios), min(ratios), max(ratios))
 
 
 def _own_programs(made: Scenario) -> list[IntArray]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from statistics import median
 from time import perf_counter
 
-from dmil.benchmarks.figures import Figure
+from dmil.benchmarks.figures import SpeedFigure
 from dmil.controllers import Controller, Situation, make_controller
 from dmil.controllers.protocol import FloatArray, IntArray
 from dmil.demand import Vehicles
@@ -60,7 +60,7 @@ class Timed:
         return phases
 
 
-def throughput_figures(*, horizon_s: int = HORIZON_S, rounds: int = ROUNDS) -> list[Figure]:
+def throughput_figures(*, horizon_s: int = HORIZON_S, rounds: int = ROUNDS) -> list[SpeedFigure]:
     """Measure steps of the simulator and decisions of the learners.
 
     Parameters
@@ -90,20 +90,22 @@ def throughput_figures(*, horizon_s: int = HORIZON_S, rounds: int = ROUNDS) -> l
             values[name].append(measure())
     per_step = vehicle_steps / horizon_s
     return [
-        Figure(KERNEL, median(values[KERNEL]), "steps/s"),
-        Figure(
+        SpeedFigure(KERNEL, median(values[KERNEL]), "steps/s"),
+        SpeedFigure(
             f"{KERNEL}, vehicles under way", median(values[KERNEL]) * per_step, "vehicle-steps/s"
         ),
         _beside(SIMULATOR, KERNEL, values, "steps/s"),
-        Figure(SARSA, median(values[SARSA]), "decisions/s"),
+        SpeedFigure(SARSA, median(values[SARSA]), "decisions/s"),
         *(_beside(name, SARSA, values, "decisions/s") for name in LEARNERS if name != SARSA),
     ]
 
 
-def _beside(name: str, other: str, values: dict[str, list[float]], unit: str) -> Figure:
+def _beside(name: str, other: str, values: dict[str, list[float]], unit: str) -> SpeedFigure:
     """Compare with another figure of the same round, so that what slows the machine cancels."""
     ratios = [mine / theirs for mine, theirs in zip(values[name], values[other], strict=True)]
-    return Figure(name, median(values[name]), unit, other, median(ratios), min(ratios), max(ratios))
+    return SpeedFigure(
+        name, median(values[name]), unit, other, median(ratios), min(ratios), max(ratios)
+    )
 
 
 def _fixed_plan(made: Scenario, simulator: QueueSimulator, vehicles: Vehicles) -> list[IntArray]:

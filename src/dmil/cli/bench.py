@@ -11,7 +11,7 @@ import typer
 from rich import box
 from rich.table import Table
 
-from dmil.benchmarks.figures import Figure
+from dmil.benchmarks.figures import SpeedFigure
 from dmil.cli.help import Command
 from dmil.cli.options import Debug, Json
 from dmil.cli.terminal import print_json, progress, show, waiting
@@ -102,7 +102,7 @@ def _number(value: float) -> str:
     return f"{value:,.0f}".replace(",", " ") if value >= 1000 else f"{value:.3g}"
 
 
-def _ratio(figure: Figure) -> str:
+def _ratio(figure: SpeedFigure) -> str:
     if figure.ratio_median is None:
         return ""
     ends = f"{figure.ratio_min:.3g} to {figure.ratio_max:.3g}"

@@ -24,7 +24,7 @@ MOST_VEHICLES = 10**7
 """Most vehicles of one entry: more is a slip of the pen that would fill the memory."""
 
 
-class Flow(BaseModel):
+class FlowRecord(BaseModel):
     """One entry of the file: vehicles of one route at a fixed headway."""
 
     model_config = ConfigDict(frozen=True)
@@ -35,7 +35,7 @@ class Flow(BaseModel):
     end: Annotated[FiniteFloat, Field(le=LAST_S, alias="endTime")] = NO_END
 
 
-_FILE = TypeAdapter(tuple[Flow, ...])
+_FILE = TypeAdapter(tuple[FlowRecord, ...])
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +106,7 @@ def read_cityflow_flow(
     return CityflowDemand(network, vehicles, remarks=remarks.all())
 
 
-def _departures_s(flow: Flow, horizon_s: int | None, where: str) -> list[int]:
+def _departures_s(flow: FlowRecord, horizon_s: int | None, where: str) -> list[int]:
     """Return the whole seconds in which an entry's vehicles appear."""
     start_s, end_s = max(0, math.ceil(flow.start)), flow.end
     if end_s == NO_END:

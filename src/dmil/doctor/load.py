@@ -18,7 +18,7 @@ CYCLE_S = 120.0
 """Cycle that the lost times of a controller are spread over: the longest usual one."""
 
 
-class Stream(NamedTuple):
+class VehicleStream(NamedTuple):
     """Vehicles that take one movement and may use the same lanes for it (ours).
 
     Attributes
@@ -33,7 +33,7 @@ class Stream(NamedTuple):
     lanes: tuple[int, ...]
 
 
-Flows = Sequence[tuple[Stream, float]]
+Flows = Sequence[tuple[VehicleStream, float]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,7 @@ def load_of(
     flow_veh_per_s: FloatArray,
     saturation_veh_per_s: float,
     clearance_s: float,
-    streams: Sequence[Stream] | None = None,
+    streams: Sequence[VehicleStream] | None = None,
 ) -> Load:
     """Compare flows with what the signals can serve (ours; critical movements as in the HCM).
 
@@ -88,7 +88,7 @@ def load_of(
         movement, in all of its lanes.
     """
     if streams is None:
-        streams = [Stream(j, movement.lanes) for j, movement in enumerate(item.movements)]
+        streams = [VehicleStream(j, movement.lanes) for j, movement in enumerate(item.movements)]
     flows = [
         (stream, ratio)
         for stream, ratio in zip(streams, flow_veh_per_s / saturation_veh_per_s, strict=True)

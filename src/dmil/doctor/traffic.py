@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from dmil.demand import Demand, SumoDemand, Vehicles
 from dmil.doctor.case import Case
-from dmil.doctor.load import Load, Stream, load_of
+from dmil.doctor.load import Load, VehicleStream, load_of
 from dmil.network.permissions import Classes
 from dmil.scenarios import lost_s
 from dmil.seeding import stream as random_stream
@@ -203,7 +203,7 @@ def _loads(
     for i, item in enumerate(case.network.intersections):
         mine = (intersection == i) & (window < windows)
         streams = [
-            Stream(j, case.network.lanes_to(each, kind))
+            VehicleStream(j, case.network.lanes_to(each, kind))
             for kind in classes
             for j, each in enumerate(item.movements)
         ]

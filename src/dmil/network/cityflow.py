@@ -13,7 +13,7 @@ from dmil.errors import NetworkError
 from dmil.network.checks import check_network
 from dmil.network.cityflow_geometry import road_length_m, way_segments
 from dmil.network.cityflow_phases import Served, give_way, sort_phases
-from dmil.network.cityflow_shape import Junction, Road, RoadLink, RoadnetFile
+from dmil.network.cityflow_shape import RoadLink, RoadnetFile, RoadnetIntersection, RoadnetRoad
 from dmil.network.json_file import read_json
 from dmil.network.model import (
     TURNS,
@@ -122,7 +122,9 @@ def _followers(file: RoadnetFile) -> tuple[tuple[int, ...], ...]:
     return tuple(map(tuple, found.values()))
 
 
-def _intersection(junction: Junction, roads: dict[str, Road], where: str) -> Intersection:
+def _intersection(
+    junction: RoadnetIntersection, roads: dict[str, RoadnetRoad], where: str
+) -> Intersection:
     lanes = _lanes(junction, roads, where)
     angles = {
         link.start_road: _angle_of_origin(roads[link.start_road]) for link in junction.road_links
@@ -161,7 +163,9 @@ def _movement(link: RoadLink, approaches: list[str], lanes: tuple[int, ...]) -> 
     return Movement(link.start_road, link.end_road, _TURN[link.type], approach, lanes)
 
 
-def _lanes(junction: Junction, roads: dict[str, Road], where: str) -> list[tuple[int, ...]]:
+def _lanes(
+    junction: RoadnetIntersection, roads: dict[str, RoadnetRoad], where: str
+) -> list[tuple[int, ...]]:
     """Return the lanes that every road link starts on."""
     used: list[tuple[int, ...]] = []
     for index, link in enumerate(junction.road_links):
@@ -185,7 +189,7 @@ def _lanes(junction: Junction, roads: dict[str, Road], where: str) -> list[tuple
     return used
 
 
-def _served(junction: Junction, rank: dict[int, int], where: str) -> list[Served]:
+def _served(junction: RoadnetIntersection, rank: dict[int, int], where: str) -> list[Served]:
     """Return what the file's phases serve; a junction without light has one of everything."""
     served: list[Served] = []
     for index, phase in enumerate(junction.light.phases if junction.light else ()):
@@ -208,12 +212,12 @@ def _served(junction: Junction, rank: dict[int, int], where: str) -> list[Served
     return served
 
 
-def _angle_of_origin(road: Road) -> float:
+def _angle_of_origin(road: RoadnetRoad) -> float:
     """Return the angle, counter-clockwise from East, of the side that a road's traffic is from."""
     return _angle_of_destination(road.model_copy(update={"points": road.points[::-1]}))
 
 
-def _angle_of_destination(road: Road) -> float:
+def _angle_of_destination(road: RoadnetRoad) -> float:
     """Return the angle, counter-clockwise from East, of the side that a road leads to."""
     start = road.points[0]
     for point in road.points[1:]:

@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from dmil.network.cityflow_shape import Junction, LaneLink, Road, RoadLink
+from dmil.network.cityflow_shape import LaneLink, RoadLink, RoadnetIntersection, RoadnetRoad
 
 CURVE_STEPS = 10
 """Pieces of a way across a junction for which the file has no points."""
@@ -26,7 +26,7 @@ Line = tuple[complex, ...]
 Segments = npt.NDArray[np.complex128]
 
 
-def road_length_m(road: Road, junctions: dict[str, Junction]) -> float:
+def road_length_m(road: RoadnetRoad, junctions: dict[str, RoadnetIntersection]) -> float:
     """Return the mean length of a road's lanes, without the junctions it joins (CityFlow).
 
     Parameters
@@ -47,7 +47,7 @@ def road_length_m(road: Road, junctions: dict[str, Junction]) -> float:
     return sum(lengths) / len(lengths)
 
 
-def way_segments(link: RoadLink, roads: dict[str, Road], width_m: float) -> Segments:
+def way_segments(link: RoadLink, roads: dict[str, RoadnetRoad], width_m: float) -> Segments:
     """Return the pieces of the ways that a road link's lane links take.
 
     Parameters
@@ -92,7 +92,7 @@ def _cross_product(one: Segments, other: Segments) -> npt.NDArray[np.float64]:
     return product
 
 
-def _lanes(road: Road, start_m: float = 0.0, end_m: float = 0.0) -> list[Line]:
+def _lanes(road: RoadnetRoad, start_m: float = 0.0, end_m: float = 0.0) -> list[Line]:
     """Return the middle line of every lane; the first is nearest to the road's points."""
     points = [complex(point.x, point.y) for point in road.points]
     points[0] += _unit(points[1] - points[0]) * start_m

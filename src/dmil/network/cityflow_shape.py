@@ -27,7 +27,7 @@ class Lane(_Shape):
     width: Annotated[FiniteFloat, Field(ge=0)] = 4.0
 
 
-class Road(_Shape):
+class RoadnetRoad(_Shape):
     """A road in one direction."""
 
     id: Text
@@ -67,7 +67,7 @@ class TrafficLight(_Shape):
     phases: Annotated[tuple[LightPhase, ...], Field(alias="lightphases")] = ()
 
 
-class Junction(_Shape):
+class RoadnetIntersection(_Shape):
     """An intersection, or where it is virtual the end of the modelled roads."""
 
     id: Text
@@ -87,5 +87,5 @@ class Junction(_Shape):
 class RoadnetFile(_Shape):
     """The whole file."""
 
-    intersections: tuple[Junction, ...]
-    roads: tuple[Road, ...]
+    intersections: tuple[RoadnetIntersection, ...]
+    roads: tuple[RoadnetRoad, ...]

@@ -27,7 +27,7 @@ AROUND_M = (9.0, 20.0)
 limits."""
 
 
-class Road(NamedTuple):
+class DrawnRoad(NamedTuple):
     """A piece of road: its middle line, (points, 2) in metres, and how many lanes it has."""
 
     line: Points
@@ -50,7 +50,7 @@ class Crossing:
         1 where traffic keeps to the right, else −1.
     low, high: (2,) float64
         Corners of the square that is shown.
-    roads, others: list of Road
+    roads, others: list of DrawnRoad
         Links into and out of the intersection, and what else is in the square.
     ways: list of lists of (points, 2) float64 arrays
         For every movement the ways of its lanes.
@@ -86,7 +86,7 @@ class Crossing:
         self.low, self.high = middle - half, middle + half
         mine = {*self._into, *self._out_of}
         self.roads = [
-            Road(self._middle(self._links[name]), self._links[name].lanes) for name in mine
+            DrawnRoad(self._middle(self._links[name]), self._links[name].lanes) for name in mine
         ]
         self.others = self._others(mine)
 
@@ -100,18 +100,18 @@ class Crossing:
         """
         return self._middle(self._links[link])
 
-    def _others(self, mine: set[str]) -> list[Road]:
+    def _others(self, mine: set[str]) -> list[DrawnRoad]:
         """Return the other links in the square, and the ways across junctions without signals."""
         network = self._case.network
         near = [link for link in network.links if self._touches(self._case.lines[link.id])]
-        roads = [Road(self._middle(link), link.lanes) for link in near if link.id not in mine]
+        roads = [DrawnRoad(self._middle(link), link.lanes) for link in near if link.id not in mine]
         ids = {link.id for link in near} | mine
         for junction in network.junctions:
             for movement in junction.movements:
                 if {movement.from_link, movement.to_link} <= ids and movement.turn != "uturn":
                     here, there = self._links[movement.from_link], self._links[movement.to_link]
                     ends = np.array([self._middle(here)[-1], self._middle(there)[0]])
-                    roads.append(Road(ends, min(here.lanes, there.lanes)))
+                    roads.append(DrawnRoad(ends, min(here.lanes, there.lanes)))
         return roads
 
     def _touches(self, line: Line) -> bool:

@@ -62,7 +62,7 @@ def intersection_chart(diagnosis: Diagnosis, index: int) -> Chart:
     return sheet.chart(heading(f"{diagnosis.case.name}: {name}", subtitle))
 
 
-class _Frame:
+class _Window:
     """Where the metres of a crossing are in a square of the picture."""
 
     def __init__(self, crossing: Crossing, left: float, top: float, size: float) -> None:
@@ -81,7 +81,7 @@ class _Frame:
         ]
 
 
-def _ground(sheet: Sheet, crossing: Crossing, frame: _Frame) -> None:
+def _ground(sheet: Sheet, crossing: Crossing, frame: _Window) -> None:
     for road in crossing.others:
         for part in frame.shown(road.line):
             sheet.line(part, OTHER_ROAD, road.lanes * frame.lane_px)
@@ -101,7 +101,7 @@ def _ground(sheet: Sheet, crossing: Crossing, frame: _Frame) -> None:
 def _overview(
     sheet: Sheet, crossing: Crossing, item: Intersection, facts: IntersectionFacts, left: float
 ) -> None:
-    frame = _Frame(crossing, left, TOP_PX, MAIN_PX)
+    frame = _Window(crossing, left, TOP_PX, MAIN_PX)
     _ground(sheet, crossing, frame)
     width = min(max(0.16 * frame.lane_px, 1.0), 1.8)
     for colour, free in ((FREE, True), (GO, False)):
@@ -112,12 +112,12 @@ def _overview(
     _names(sheet, crossing, frame, facts, left)
 
 
-def _placed(crossing: Crossing, frame: _Frame, movements: Iterable[int]) -> list[Points]:
+def _placed(crossing: Crossing, frame: _Window, movements: Iterable[int]) -> list[Points]:
     return [frame.place(way) for j in sorted(movements) for way in crossing.ways[j]]
 
 
 def _names(
-    sheet: Sheet, crossing: Crossing, frame: _Frame, facts: IntersectionFacts, left: float
+    sheet: Sheet, crossing: Crossing, frame: _Window, facts: IntersectionFacts, left: float
 ) -> None:
     """Write the approaches around the picture, where their roads come in."""
     low = np.array([left, TOP_PX])
@@ -179,7 +179,7 @@ def _phase(
     if phase.load is not None:
         parts.append(f"needs {phase.load:.0%} of the time")
     sheet.text((left + 16, top + 22), ", ".join(parts), 10, colour=FAINT)
-    frame = _Frame(crossing, left, top + HEAD_PX, PHASE_PX)
+    frame = _Window(crossing, left, top + HEAD_PX, PHASE_PX)
     _ground(sheet, crossing, frame)
     green = item.phases[p]
     width = min(max(0.24 * frame.lane_px, 1.2), 2.2)

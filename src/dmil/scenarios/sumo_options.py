@@ -39,7 +39,7 @@ class Group:
     names: str
 
 
-class Option(NamedTuple):
+class SumoOption(NamedTuple):
     """One option: its name, what becomes of it, why, and its default (ours)."""
 
     name: str
@@ -332,16 +332,16 @@ GROUPS = (
 """All of them."""
 
 
-def _by_name() -> dict[str, Option]:
+def _by_name() -> dict[str, SumoOption]:
     found = {}
     for group in GROUPS:
         for word in group.names.split():
             names, _, default = word.partition("=")
             name, *others = names.split("|")
-            option = Option(name, group.treatment, group.reason, default)
+            option = SumoOption(name, group.treatment, group.reason, default)
             found.update(dict.fromkeys((name, *others), option))
     return found
 
 
-OPTIONS: dict[str, Option] = _by_name()
+OPTIONS: dict[str, SumoOption] = _by_name()
 """Every name and other name to its option."""

@@ -126,7 +126,7 @@ class Trial:
             What it chose.
         """
         place = f"{label} on {self._scenario.name}"
-        watch = Watch(controller, self.witness, place, after_decision)
+        watch = RunWatch(controller, self.witness, place, after_decision)
         run(self._simulator, watch, self._vehicles, reward, rng)
         return watch.phases
 
@@ -154,7 +154,7 @@ class Trial:
                 )
 
 
-class Watch:
+class RunWatch:
     """A controller that is looked at while it runs; itself a controller.
 
     Parameters

@@ -21,7 +21,7 @@ from dmil.seeding import stream
 from dmil.simulation.measures import Measures
 from dmil.simulation.protocol import Simulator
 from dmil.simulation.sumo import SumoSimulator
-from dmil.simulation.sumo.approaches import Ways, build_ways
+from dmil.simulation.sumo.approaches import RouteGeometry, build_ways
 from dmil.simulation.sumo.survey import Survey, SurveyFiles
 from dmil.training.evaluation import vehicles_of_seed
 
@@ -138,7 +138,7 @@ class Passages:
     survey: Survey
 
     @cached_property
-    def ways(self) -> Ways:
+    def ways(self) -> RouteGeometry:
         """What comes next on the routes."""
         return build_ways(self.scenario.network, self.vehicles)
 

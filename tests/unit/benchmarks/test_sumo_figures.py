@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from dmil.benchmarks import Figure
+from dmil.benchmarks import SpeedFigure
 from dmil.benchmarks.sumo import busy_grid, sumo_figures
 from dmil.cli import bench
 from dmil.network.checks import check_network
@@ -47,6 +47,6 @@ def test_bench_adds_them(monkeypatch, capsys):
     ):
         monkeypatch.setattr(f"dmil.benchmarks.{module}_figures", lambda: [])
     monkeypatch.setattr("dmil.cli.bench.SUMO_PACKAGES", ())
-    monkeypatch.setattr("dmil.benchmarks.sumo.sumo_figures", lambda: [Figure("x", 2.0, "1/s")])
+    monkeypatch.setattr("dmil.benchmarks.sumo.sumo_figures", lambda: [SpeedFigure("x", 2.0, "1/s")])
     bench.bench(json=True)
     assert [item["name"] for item in json.loads(capsys.readouterr().out)["figures"]] == ["x"]

@@ -18,10 +18,10 @@ def test_the_figures_of_speed():
 def test_bench_prints_the_contract(monkeypatch, capsys):
     import json
 
-    from dmil.benchmarks import Figure
+    from dmil.benchmarks import SpeedFigure
     from dmil.cli import bench
 
-    one, two = Figure("a", 1500.0, "1/s"), Figure("b", 0.5, "ns", "a", 2.0, 1.5, 2.5)
+    one, two = SpeedFigure("a", 1500.0, "1/s"), SpeedFigure("b", 0.5, "ns", "a", 2.0, 1.5, 2.5)
     monkeypatch.setattr("dmil.benchmarks.throughput.throughput_figures", lambda: [one])
     monkeypatch.setattr("dmil.benchmarks.lookups.lookup_figures", lambda: [two])
     monkeypatch.setattr("dmil.benchmarks.neighbours.neighbour_figures", lambda: [])

@@ -55,7 +55,7 @@ class PlmpSettings(SharedSettings):
     )
 
 
-class Decision(NamedTuple):
+class PlmpDecision(NamedTuple):
     """One decision of all agents, as the kernel takes it.
 
     Attributes
@@ -92,7 +92,7 @@ class Decision(NamedTuple):
     key: IntArray
 
 
-class Rules(NamedTuple):
+class PlmpRules(NamedTuple):
     """The settings that the kernel needs; see `PlmpSettings`."""
 
     reach: int
@@ -138,7 +138,7 @@ class PlmpController(SharedLearner):
         settings, count = self.settings, self._action.size
         # Each agent appends one class at most, all of them perhaps to one table.
         self._table = value_table_with_room(self._table, count)
-        step = Decision(
+        step = PlmpDecision(
             pattern=self.states(observation),
             ahead=self._ahead(observation),
             row=self._row,
@@ -181,9 +181,9 @@ class PlmpController(SharedLearner):
         self._table = table
 
     @property
-    def _rules(self) -> Rules:
+    def _rules(self) -> PlmpRules:
         settings = self.settings
-        return Rules(
+        return PlmpRules(
             settings.reach,
             settings.prediction,
             settings.learning,
@@ -207,7 +207,7 @@ class PlmpController(SharedLearner):
 
 @kernel
 def decide_plmp(
-    table: ValueTable, shape: IntArray, phase_count: IntArray, step: Decision, rules: Rules
+    table: ValueTable, shape: IntArray, phase_count: IntArray, step: PlmpDecision, rules: PlmpRules
 ) -> bool:
     """Choose the next actions of all agents and update Q of the last ones.
 
@@ -258,7 +258,12 @@ def decide_plmp(
 
 @kernel
 def _find(
-    table: ValueTable, owner: int, patterns: IntArray, agent: int, step: Decision, rules: Rules
+    table: ValueTable,
+    owner: int,
+    patterns: IntArray,
+    agent: int,
+    step: PlmpDecision,
+    rules: PlmpRules,
 ) -> int:
     """Return the class of an agent's pattern, or `ABSENT`."""
     return find_pattern(table.rows, owner, patterns[agent : agent + 1], rules.reach, step.key)

@@ -32,8 +32,8 @@ from dmil.controllers.lanes.lane_state import (
     FloatArray,
     Inputs,
     IntArray,
+    LaneScratch,
     Real,
-    Scratch,
     ShortTerm,
     Single,
     Whole,
@@ -118,7 +118,7 @@ def decide(
     table: FactoredTable,
     short: ShortTerm,
     inputs: Inputs,
-    scratch: Scratch,
+    scratch: LaneScratch,
     gains: Gains,
     phases: IntArray,
 ) -> bool:
@@ -181,7 +181,7 @@ def decide(
 
 @kernel
 def _weigh(
-    groups: LaneGroups, params: FactoredParams, short: ShortTerm, scratch: Scratch, gains: Gains
+    groups: LaneGroups, params: FactoredParams, short: ShortTerm, scratch: LaneScratch, gains: Gains
 ) -> None:
     """Find the rows of all groups, and what each gains from green."""
     count, row, learned = groups.lanes.shape[0], scratch.row, gains.learned
@@ -212,7 +212,7 @@ def _row(queue_veh: Real, expected_veh: Real, rate_veh: Real) -> Whole:
 
 
 @kernel
-def _add_waves(groups: LaneGroups, scratch: Scratch, gains: Gains) -> None:
+def _add_waves(groups: LaneGroups, scratch: LaneScratch, gains: Gains) -> None:
     """Let green count more for those who will find green ahead when they get there."""
     count = groups.lanes.shape[0]
     for way in range(gains.treatment.shape[0]):
@@ -272,7 +272,7 @@ def _add_owed(groups: LaneGroups, vehicle: float, owed_veh: FloatArray, total: S
 
 @kernel
 def _prepare_errors(
-    params: FactoredParams, short: ShortTerm, scratch: Scratch, gains: Gains
+    params: FactoredParams, short: ShortTerm, scratch: LaneScratch, gains: Gains
 ) -> None:
     """Find the errors of predictions by the prior alone: minus who waits then counts, and now."""
     vehicle, after_switch = np.float32(params.vehicle), np.float32(params.after_switch)
@@ -292,7 +292,7 @@ def _learn(
     table: FactoredTable,
     short: ShortTerm,
     inputs: Inputs,
-    scratch: Scratch,
+    scratch: LaneScratch,
     gains: Gains,
 ) -> None:
     """Learn from the interval that ended; count entries that were known already."""
@@ -313,7 +313,7 @@ def _learn(
 
 
 @kernel
-def _remember(short: ShortTerm, scratch: Scratch) -> None:
+def _remember(short: ShortTerm, scratch: LaneScratch) -> None:
     """Keep what the next interval will be judged by."""
     for g in range(short.row.shape[0]):
         short.row[g] = scratch.row[g]

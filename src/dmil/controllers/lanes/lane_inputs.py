@@ -19,8 +19,8 @@ from dmil.controllers.lanes.lane_state import (
     SWITCHED,
     Inputs,
     IntArray,
+    LaneScratch,
     Real,
-    Scratch,
     ShortTerm,
     Whole,
 )
@@ -34,7 +34,7 @@ RATED_ENOUGH = np.float32(1000.0)
 
 
 @kernel
-def note_shown(groups: LaneGroups, inputs: Inputs, scratch: Scratch) -> None:
+def note_shown(groups: LaneGroups, inputs: Inputs, scratch: LaneScratch) -> None:
     """Note how the phases that are shown treat all groups."""
     shown = scratch.shown
     for g in range(shown.shape[0]):
@@ -56,7 +56,9 @@ def forget_rejected(groups: LaneGroups, inputs: Inputs, short: ShortTerm) -> Non
 
 
 @kernel
-def aggregate(groups: LaneGroups, use_approaching: bool, inputs: Inputs, scratch: Scratch) -> None:
+def aggregate(
+    groups: LaneGroups, use_approaching: bool, inputs: Inputs, scratch: LaneScratch
+) -> None:
     """Add up what is seen of every group, per lane."""
     for g in range(groups.lanes.shape[0]):
         queue, approaching, waiting = 0, 0, 0.0
@@ -86,7 +88,7 @@ def count_arrivals(
     after_switch: float,
     rate_step: float,
     short: ShortTerm,
-    scratch: Scratch,
+    scratch: LaneScratch,
 ) -> None:
     """Move arrival rates on by the interval that ended, where one can tell who joined.
 
@@ -117,7 +119,9 @@ def count_arrivals(
 
 
 @kernel
-def expect_by_rate(groups: LaneGroups, expected: float, short: ShortTerm, scratch: Scratch) -> None:
+def expect_by_rate(
+    groups: LaneGroups, expected: float, short: ShortTerm, scratch: LaneScratch
+) -> None:
     """Expect unseen vehicles where no intersection announces them; add up rates by link."""
     weight, link_rate_veh = np.float32(expected), scratch.link_rate_veh
     for link in range(link_rate_veh.shape[0]):
@@ -131,7 +135,11 @@ def expect_by_rate(groups: LaneGroups, expected: float, short: ShortTerm, scratc
 
 @kernel
 def announce(
-    groups: LaneGroups, use_approaching: bool, inputs: Inputs, scratch: Scratch, phases: IntArray
+    groups: LaneGroups,
+    use_approaching: bool,
+    inputs: Inputs,
+    scratch: LaneScratch,
+    phases: IntArray,
 ) -> None:
     """Note on every link how much of its end will be green and who will come in time."""
     green, inflow_veh = scratch.green, scratch.inflow_veh
@@ -152,7 +160,7 @@ def announce(
 
 @kernel
 def expect_announced(
-    groups: LaneGroups, expected: float, short: ShortTerm, scratch: Scratch
+    groups: LaneGroups, expected: float, short: ShortTerm, scratch: LaneScratch
 ) -> None:
     """Give every group its share of the inflow of its link, as arrivals have been so far."""
     weight, per_rate = np.float32(expected), scratch.per_rate
@@ -166,7 +174,7 @@ def expect_announced(
 
 
 @kernel
-def find_waves(groups: LaneGroups, weight: float, scratch: Scratch) -> None:
+def find_waves(groups: LaneGroups, weight: float, scratch: LaneScratch) -> None:
     """Note how much more green is worth, because those who leave find green when they get there."""
     green = scratch.green
     for link in range(green.shape[0]):
@@ -183,7 +191,7 @@ def find_waves(groups: LaneGroups, weight: float, scratch: Scratch) -> None:
 
 @kernel
 def note_treatment(
-    groups: LaneGroups, after_switch: float, scratch: Scratch, phases: IntArray
+    groups: LaneGroups, after_switch: float, scratch: LaneScratch, phases: IntArray
 ) -> None:
     """Note how the phases that were chosen treat all groups."""
     treatment = scratch.treatment

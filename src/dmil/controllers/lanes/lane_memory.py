@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from dmil.compilation import TypedOnce
 from dmil.controllers.lanes.lane_groups import LaneGroups, lane_groups
-from dmil.controllers.lanes.lane_state import KEPT, PARTLY, SWITCHED, Inputs, Scratch, ShortTerm
+from dmil.controllers.lanes.lane_state import KEPT, PARTLY, SWITCHED, Inputs, LaneScratch, ShortTerm
 from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
 from dmil.controllers.rules.shared_lanes import SharedLaneGuard
 from dmil.errors import DivergedError, PolicyError
@@ -209,9 +209,9 @@ def _short_term(groups: LaneGroups) -> ShortTerm:
     )
 
 
-def _scratch(groups: LaneGroups, lookups: npt.NDArray[np.int64]) -> Scratch:
+def _scratch(groups: LaneGroups, lookups: npt.NDArray[np.int64]) -> LaneScratch:
     count, links = groups.lanes.size, groups.unseen.size
-    return Scratch(
+    return LaneScratch(
         queue_veh=np.zeros(count, np.float32),
         expected_veh=np.zeros(count, np.float32),
         waiting_veh=np.zeros(count, np.float32),

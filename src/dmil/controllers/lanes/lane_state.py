@@ -72,7 +72,7 @@ class Inputs(NamedTuple):
     first: bool
 
 
-class Scratch(NamedTuple):
+class LaneScratch(NamedTuple):
     """Working space: (groups,) but where it says otherwise; vehicles are per lane.
 
     Attributes

@@ -29,7 +29,7 @@ from dmil.controllers.lanes.lane_state import (
     ByteArray,
     Inputs,
     IntArray,
-    Scratch,
+    LaneScratch,
     ShortTerm,
     Single,
 )
@@ -100,7 +100,7 @@ def decide(
     table: OutcomeTable,
     short: ShortTerm,
     inputs: Inputs,
-    scratch: Scratch,
+    scratch: LaneScratch,
     plans: Plans,
     phases: IntArray,
 ) -> bool:
@@ -213,7 +213,7 @@ def _predict(
     params: LookaheadParams,
     table: OutcomeTable,
     short: ShortTerm,
-    scratch: Scratch,
+    scratch: LaneScratch,
     plans: Plans,
 ) -> None:
     """Predict the cost of every group for whatever this and the next phase do to it."""
@@ -303,7 +303,7 @@ def _learn(
     table: OutcomeTable,
     short: ShortTerm,
     inputs: Inputs,
-    scratch: Scratch,
+    scratch: LaneScratch,
 ) -> None:
     """Learn what the lane model missed in the interval that ended; keep what was foreseen now."""
     known = 0

@@ -15,7 +15,7 @@ from dmil.compilation import allocating_kernel, kernel
 from dmil.controllers.planner.crossing import (
     KEPT,
     RED,
-    Crossing,
+    KnownIntersection,
     LongArray,
     States,
     is_allowed,
@@ -54,7 +54,7 @@ AHEAD_INTERVALS = 4
 
 
 @allocating_kernel
-def search(crossing: Crossing, width: int) -> tuple[IntArray, LongArray]:
+def search(crossing: KnownIntersection, width: int) -> tuple[IntArray, LongArray]:
     """Find phases with little waiting, the fewer vehicle-seconds the wider the beam (ours).
 
     Of all states that follow from those kept, the ``width`` best are kept at every decision: by
@@ -64,7 +64,7 @@ def search(crossing: Crossing, width: int) -> tuple[IntArray, LongArray]:
     Parameters
     ----------
     crossing
-        See `Crossing`.
+        See `KnownIntersection`.
     width
         States kept.
 
@@ -147,7 +147,7 @@ def _make_states(width: int, lanes: int) -> States:
 
 @kernel
 def _try_movements(
-    crossing: Crossing,
+    crossing: KnownIntersection,
     kept: States,
     trials: Trials,
     state: int,
@@ -180,7 +180,9 @@ def _try_movements(
 
 
 @kernel
-def _ranked(crossing: Crossing, kept: States, trials: Trials, state: int, phase: int) -> int:
+def _ranked(
+    crossing: KnownIntersection, kept: States, trials: Trials, state: int, phase: int
+) -> int:
     """Return what was waited so far, with this phase in the interval, and the guess of the rest."""
     total = kept.wait_veh_s[state]
     for movement in range(crossing.unsignalled.shape[0]):
@@ -191,7 +193,7 @@ def _ranked(crossing: Crossing, kept: States, trials: Trials, state: int, phase:
 
 @kernel
 def _stands(
-    crossing: Crossing, kept: States, trials: Trials, state: int, phase: int, begin_s: int
+    crossing: KnownIntersection, kept: States, trials: Trials, state: int, phase: int, begin_s: int
 ) -> np.uint64:
     """Return the digest of the state that a phase leads to; never 0."""
     digest = np.uint64(1)
@@ -236,7 +238,7 @@ def _is_new(table: npt.NDArray[np.uint64], digest: np.uint64) -> bool:
 
 @kernel
 def _take(
-    crossing: Crossing,
+    crossing: KnownIntersection,
     kept: States,
     trials: Trials,
     state: int,

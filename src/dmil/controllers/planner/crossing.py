@@ -22,7 +22,7 @@ RED, KEPT, ANEW = range(3)
 """What a movement may meet in an interval: red, green as before, green after a switch."""
 
 
-class Crossing(NamedTuple):
+class KnownIntersection(NamedTuple):
     """One intersection and all vehicles that will come to it.
 
     Attributes
@@ -71,7 +71,9 @@ class States(NamedTuple):
 
 
 @kernel
-def is_allowed(crossing: Crossing, kept: States, state: int, phase: int, begin_s: int) -> bool:
+def is_allowed(
+    crossing: KnownIntersection, kept: States, state: int, phase: int, begin_s: int
+) -> bool:
     """Tell whether the signals would grant a phase; see `dmil.simulation.timing.grant`."""
     rules, shown = crossing.rules, kept.phase[state]
     if shown < 0:
@@ -84,7 +86,9 @@ def is_allowed(crossing: Crossing, kept: States, state: int, phase: int, begin_s
 
 
 @kernel
-def meets_with(crossing: Crossing, kept: States, state: int, phase: int, movement: int) -> int:
+def meets_with(
+    crossing: KnownIntersection, kept: States, state: int, phase: int, movement: int
+) -> int:
     """Tell what a movement meets if a phase is shown."""
     if crossing.unsignalled[movement]:
         return KEPT
@@ -96,7 +100,7 @@ def meets_with(crossing: Crossing, kept: States, state: int, phase: int, movemen
 
 @kernel
 def run_movement(
-    crossing: Crossing,
+    crossing: KnownIntersection,
     queue: IntArray,
     ready_s: FloatArray,
     movement: int,

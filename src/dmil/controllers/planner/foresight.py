@@ -20,7 +20,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.controllers.planner.beam import search
-from dmil.controllers.planner.crossing import Crossing
+from dmil.controllers.planner.crossing import KnownIntersection
 from dmil.controllers.protocol import FloatArray, IntArray, Situation
 from dmil.controllers.rules.phase_choice import PhaseChoice, signalled
 from dmil.errors import InputError
@@ -100,7 +100,7 @@ class ForesightController:
         return self._afterwards.best(observation.queue_veh, observation.phase)
 
 
-def crossing_of(situation: Situation) -> Crossing:
+def crossing_of(situation: Situation) -> KnownIntersection:
     """Return what a search needs to know of a run (ours).
 
     Raises
@@ -132,7 +132,7 @@ def crossing_of(situation: Situation) -> Crossing:
     unsignalled = np.zeros(len(item.movements), np.bool_)
     unsignalled[list(item.unsignalled)] = True
     lanes = [0, *(len(movement.lanes) for movement in item.movements)]
-    return Crossing(
+    return KnownIntersection(
         served=signalled(network)[0],
         unsignalled=unsignalled,
         lane_offset=np.cumsum(lanes).astype(np.int32),

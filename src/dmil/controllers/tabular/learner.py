@@ -13,7 +13,7 @@ from dmil.controllers.rules.phase_choice import PhaseChoice
 from dmil.controllers.tabular.agents import Agents, agents_of, classes_of
 from dmil.controllers.tabular.announcements import Announcements
 from dmil.controllers.tabular.choice import DRAWS
-from dmil.controllers.tabular.meetings import NEWS, Answer, Meetings, Post
+from dmil.controllers.tabular.meetings import NEWS, CentralReply, Meetings, Post
 from dmil.controllers.tabular.prior import Prior
 from dmil.controllers.tabular.settings import LearnerSettings
 from dmil.errors import PolicyError
@@ -123,7 +123,7 @@ class TabularLearner(ABC):
         self._meetings = Meetings(self.settings, len(agents.signatures))
         self._post = Post(self.settings.message_loss * self._communicates, situation.rng)
         # What is under way at the end of a run is lost.
-        self._answers: dict[int, Answer] = {}
+        self._answers: dict[int, CentralReply] = {}
         self._announcements = Announcements(situation) if self.settings.announced else None
         self._longest_queue = None
         if self.settings.unseen == "longest-queue":
@@ -196,7 +196,7 @@ class TabularLearner(ABC):
             elif heard.size:
                 merged = self._merge(shape, heard)
                 answer_bytes = merged.size_bytes
-                self._answers[shape] = Answer(time_s + delay_s, merged, reached)
+                self._answers[shape] = CentralReply(time_s + delay_s, merged, reached)
             else:
                 continue
             post.count(members.size, members.size * answer_bytes)

@@ -22,7 +22,7 @@ NEWS = 3
 """How many columns they are."""
 
 
-class Answer(NamedTuple):
+class CentralReply(NamedTuple):
     """What the central unit sent to the agents of one shape.
 
     Attributes

@@ -14,7 +14,7 @@ from xml.etree.ElementTree import Element, tostring
 
 from dmil.demand.sumo.acting import acts_in_sumo, names_device
 from dmil.demand.sumo.departures import Drawn, Listed
-from dmil.demand.sumo.entry import Entry, seconds_of
+from dmil.demand.sumo.entry import DemandEntry, seconds_of
 
 PLACES = ("busStop", "trainStop", "containerStop", "chargingStation", "parkingArea")
 """Elements that stops name."""
@@ -111,7 +111,7 @@ class Collector:
         self._acting: list[str] = []
         self._vehicles: list[tuple[float, str]] = []
 
-    def define(self, entry: Entry) -> None:
+    def define(self, entry: DemandEntry) -> None:
         """Take up a stopping place, a route, or what acts on vehicles in SUMO alone."""
         element = entry.element
         if element.tag in PLACES:
@@ -128,7 +128,7 @@ class Collector:
         elif entry.id:
             self._routes[entry.id] = element
 
-    def stops(self, entry: Entry) -> Stops | None:
+    def stops(self, entry: DemandEntry) -> Stops | None:
         """Return the stops of a vehicle, trip or flow and of its route; None without any (ours)."""
         route = self._routes.get(entry.get("route") or "")
         routes = [route] if route is not None else []
@@ -150,7 +150,7 @@ class Collector:
             edges.append(edge)
         return Stops(tuple(found), tuple(edges))
 
-    def drive(self, entry: Entry, departures: Listed | Drawn) -> None:
+    def drive(self, entry: DemandEntry, departures: Listed | Drawn) -> None:
         """Let SUMO drive the vehicles of an element, as often and when they depart (ours)."""
         if not departures.mean_veh:
             return
@@ -184,11 +184,11 @@ class Collector:
                     stop.attrib.update(_moved(stop, depart_s - first_s))
             self._vehicles.append((depart_s, _text(each)))
 
-    def _id(self, entry: Entry) -> str:
+    def _id(self, entry: DemandEntry) -> str:
         """Return an id that no other vehicle has: of a distribution several kinds share one."""
         return f"{_PREFIX}{entry.id}.{len(self._vehicles)}"
 
-    def _flow(self, entry: Entry, element: Element, drawn: Drawn) -> None:
+    def _flow(self, entry: DemandEntry, element: Element, drawn: Drawn) -> None:
         """Leave departures at random to SUMO."""
         element.tag = "flow"
         rate = drawn.rate_per_s * drawn.scale
@@ -232,7 +232,7 @@ class Collector:
         self._used[name] = None
 
 
-def through(entry: Entry, edges: Sequence[str]) -> Entry:
+def through(entry: DemandEntry, edges: Sequence[str]) -> DemandEntry:
     """Return a trip that goes by way of its stops, as in SUMO; with a route it stays as it is.
 
     Parameters
@@ -251,7 +251,7 @@ def through(entry: Entry, edges: Sequence[str]) -> Entry:
         return entry
     element = deepcopy(entry.element)
     element.set("via", " ".join([*via, *further]))
-    return Entry(entry.place, element)
+    return DemandEntry(entry.place, element)
 
 
 def devices_xml(element: Element) -> str:

@@ -14,7 +14,7 @@ LAST_S = 10**8
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class DemandEntry:
     """A vehicle, trip, flow, route or type as it stands in a file (ours).
 
     Parameters
@@ -33,11 +33,11 @@ class Entry:
         """Its id, which may be empty."""
         return self.element.get("id", "")
 
-    def of_type(self, name: str) -> Entry:
+    def of_type(self, name: str) -> DemandEntry:
         """Return the same element with another vehicle type."""
         element = Element(self.element.tag, {**self.element.attrib, "type": name})
         element.extend(self.element)
-        return Entry(self.place, element)
+        return DemandEntry(self.place, element)
 
     def get(self, name: str) -> str | None:
         """Return an attribute as text, None if it is not there."""

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from dmil.demand.sumo.departures import RESOLUTION, Drawn, Listed, Window
-from dmil.demand.sumo.entry import Entry
+from dmil.demand.sumo.entry import DemandEntry
 from dmil.errors import DemandError
 
 MOST_VEHICLES = 10**7
@@ -19,7 +19,7 @@ class EndlessError(DemandError):
     """A flow goes on for ever, since neither it nor the run has an end."""
 
 
-def departure_of_vehicle(entry: Entry, window: Window) -> Listed | None:
+def departure_of_vehicle(entry: DemandEntry, window: Window) -> Listed | None:
     """Return when a vehicle or trip departs, None if that is no fixed time.
 
     Raises
@@ -35,7 +35,9 @@ def departure_of_vehicle(entry: Entry, window: Window) -> Listed | None:
     return Listed(np.array([entry.seconds("depart")]))
 
 
-def departures_of_flow(entry: Entry, window: Window, scale: float = 1.0) -> Listed | Drawn | None:
+def departures_of_flow(
+    entry: DemandEntry, window: Window, scale: float = 1.0
+) -> Listed | Drawn | None:
     """Return when a flow's vehicles depart, None if that is no fixed time.
 
     Parameters
@@ -101,7 +103,7 @@ def _rounded(vehicles: float) -> int:
     return math.floor(vehicles + 0.5)
 
 
-def _end_s(entry: Entry, begin_s: float, window: Window, *, needed: bool) -> float:
+def _end_s(entry: DemandEntry, begin_s: float, window: Window, *, needed: bool) -> float:
     end_s = entry.seconds("end", window.end_s)
     if end_s is None:
         if not needed:
@@ -118,7 +120,7 @@ def _end_s(entry: Entry, begin_s: float, window: Window, *, needed: bool) -> flo
     return end_s
 
 
-def _number(entry: Entry) -> int | None:
+def _number(entry: DemandEntry) -> int | None:
     if entry.get("number") is None:
         return None
     value = entry.number("number", most=MOST_VEHICLES)
@@ -127,14 +129,14 @@ def _number(entry: Entry) -> int | None:
     return int(value)
 
 
-def _spacing(entry: Entry) -> str | None:
+def _spacing(entry: DemandEntry) -> str | None:
     given = [name for name in _SPACINGS if entry.get(name) is not None]
     if len(given) > 1:
         raise entry.error(f"it has {' and '.join(given)}", expected="one of them")
     return given[0] if given else None
 
 
-def _rate(entry: Entry, spacing: str) -> float:
+def _rate(entry: DemandEntry, spacing: str) -> float:
     """Return the probability, or the rate of a Poisson process, per second."""
     text = entry.required(spacing)
     problem, expected = f"{spacing} is '{text}'", "a number above 0, at most 1"
@@ -150,7 +152,7 @@ def _rate(entry: Entry, spacing: str) -> float:
     return rate
 
 
-def _period_s(entry: Entry, spacing: str) -> float:
+def _period_s(entry: DemandEntry, spacing: str) -> float:
     if spacing == "period":
         period_s = entry.seconds("period")
     else:
@@ -161,7 +163,7 @@ def _period_s(entry: Entry, spacing: str) -> float:
     return period_s
 
 
-def _check_count(entry: Entry, vehicles: float) -> None:
+def _check_count(entry: DemandEntry, vehicles: float) -> None:
     if vehicles > MOST_VEHICLES:
         raise entry.error(
             f"it stands for {vehicles:.3g} vehicles",

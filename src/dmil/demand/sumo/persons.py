@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element, SubElement, tostring
 
-from dmil.demand.sumo.entry import Entry
+from dmil.demand.sumo.entry import DemandEntry
 from dmil.demand.sumo.types import VehicleTypes
 
 _WHO = frozenset({"id", "type", "depart", "departPos", "departPosLat", "speedFactor", "color"})
@@ -33,7 +33,7 @@ class Persons:
         ordered = sorted(self._found, key=lambda each: each[0])
         return "".join(f"{text}\n" for _, text in ordered)
 
-    def take(self, entry: Entry, types: VehicleTypes) -> str:
+    def take(self, entry: DemandEntry, types: VehicleTypes) -> str:
         """Take up a ``<person>`` or ``<personFlow>``; return the kind of remark that it is.
 
         Parameters
@@ -68,7 +68,7 @@ class Persons:
         return "person"
 
 
-def _walking(entry: Entry) -> Element | None:
+def _walking(entry: DemandEntry) -> Element | None:
     """Copy what is known of an element; None if it says more than walking."""
     given = entry.element
     known = _WHO if given.tag == "person" else _FLOW

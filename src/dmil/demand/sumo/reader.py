@@ -14,7 +14,7 @@ from dmil.demand.sumo.acting import DEFINITIONS, device_kinds, names_device, swi
 from dmil.demand.sumo.beside import FOLLOWED, PLACES, Collector, Stops, devices_xml, through
 from dmil.demand.sumo.demand import Stream, SumoDemand
 from dmil.demand.sumo.departures import Drawn, Listed, Quota, Turns, Window, within
-from dmil.demand.sumo.entry import Entry
+from dmil.demand.sumo.entry import DemandEntry
 from dmil.demand.sumo.flows import departure_of_vehicle, departures_of_flow
 from dmil.demand.sumo.persons import Persons
 from dmil.demand.sumo.remarks import Remarks, nobody
@@ -133,7 +133,7 @@ class _Reading:
         self._streams: list[Stream] = []
         self._total_veh = 0
         self._unknown_veh = 0
-        self._unknown: tuple[Entry, str] | None = None
+        self._unknown: tuple[DemandEntry, str] | None = None
         self._first_s = math.inf
         self._veh_of_space_m: defaultdict[float, float] = defaultdict(float)
         self._turns: dict[str, Turns] = {}
@@ -142,7 +142,7 @@ class _Reading:
         """Take up all that a file defines; of a route file SUMO takes vehicles in order only."""
         latest_s = -math.inf
         for place, element in iter_elements(path, _READ, root=ROOTS, error=DemandError):
-            entry = Entry(place, element)
+            entry = DemandEntry(place, element)
             if element.tag in VEHICLES:
                 departures = self._departures(entry)
                 if departures is None:
@@ -168,7 +168,7 @@ class _Reading:
                 if element.tag in _COUNTED and (in_order or element.tag != "tlLogic"):
                     self._remarks.add(_COUNTED[element.tag], entry.id)
 
-    def _departures(self, entry: Entry) -> Listed | Drawn | None:
+    def _departures(self, entry: DemandEntry) -> Listed | Drawn | None:
         name = entry.required("id")
         # As in SUMO a flow and a vehicle may have one id: the flow's vehicles are numbered.
         sort = "flow" if entry.element.tag == "flow" else "vehicle"
@@ -184,7 +184,7 @@ class _Reading:
             self._leave_out(entry, "no-fixed-departure", None)
         return found
 
-    def _take(self, entry: Entry, departures: Listed | Drawn) -> None:
+    def _take(self, entry: DemandEntry, departures: Listed | Drawn) -> None:
         """Take up a vehicle, trip or flow, of a distribution over classes each class by itself."""
         vehicle_type = self._types.of(entry)
         if isinstance(departures, Listed) and entry.element.tag != "flow":
@@ -198,7 +198,9 @@ class _Reading:
         for name, each, part in zip(names, types, parts, strict=True):
             self._take_of(each, entry.of_type(name), part)
 
-    def _take_of(self, vehicle_type: VehicleType, entry: Entry, departures: Listed | Drawn) -> None:
+    def _take_of(
+        self, vehicle_type: VehicleType, entry: DemandEntry, departures: Listed | Drawn
+    ) -> None:
         """Take up vehicles as far as they depart in time and can be driven."""
         if not vehicle_type.road:
             self._set_aside(entry, departures)
@@ -239,7 +241,7 @@ class _Reading:
                 kind = self._kind_of(entry, vehicle_type.classes, stops, later_s)
             self._kind.append(kind)
 
-    def _set_aside(self, entry: Entry, departures: Listed | Drawn) -> None:
+    def _set_aside(self, entry: DemandEntry, departures: Listed | Drawn) -> None:
         """Leave vehicles to SUMO that are none of the demand's."""
         if any(f"{side}Taz" in entry.element.attrib for side in ("from", "to")):
             self._leave_out(entry, "zone", departures)  # zones are not read
@@ -248,7 +250,7 @@ class _Reading:
         self._beside.drive(entry, inside)
         self._leave_out(entry, "no-road-vehicle", inside)
 
-    def _inside(self, entry: Entry, departures: Listed | Drawn) -> Listed | Drawn:
+    def _inside(self, entry: DemandEntry, departures: Listed | Drawn) -> Listed | Drawn:
         """Leave out the departures before the beginning and those at or after the end."""
         inside, early, late = within(departures, self._window)
         self._remarks.add("before-begin", entry.id, early)
@@ -261,7 +263,7 @@ class _Reading:
             return departures
         return Listed(np.repeat(departures.depart_s, self._quota.times(self._scale * scale)))
 
-    def _note_children(self, entry: Entry, vehicle_type: VehicleType, count: int) -> None:
+    def _note_children(self, entry: DemandEntry, vehicle_type: VehicleType, count: int) -> None:
         element = entry.element
         for kind in device_kinds({**vehicle_type.devices, **switches(element)}):
             self._remarks.add(kind, entry.id, count)
@@ -271,7 +273,7 @@ class _Reading:
             self._remarks.add("route-part", entry.id)
 
     def _kind_of(
-        self, entry: Entry, classes: Classes, stops: Stops | None, later_s: float = 0.0
+        self, entry: DemandEntry, classes: Classes, stops: Stops | None, later_s: float = 0.0
     ) -> int:
         given = tuple((name, entry.element.attrib[name]) for name in _KEPT if entry.get(name))
         inner = (stops.xml(later_s) if stops else "") + devices_xml(entry.element)
@@ -281,7 +283,7 @@ class _Reading:
         return self._kinds[given, inner]
 
     def _leave_out(
-        self, entry: Entry, kind: str, departures: Listed | Drawn | None, road: str = ""
+        self, entry: DemandEntry, kind: str, departures: Listed | Drawn | None, road: str = ""
     ) -> None:
         count = 1 if departures is None else _count(departures)
         self._remarks.add(kind, entry.id, count, place=road)

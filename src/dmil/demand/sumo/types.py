@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from xml.etree.ElementTree import Element, tostring
 
 from dmil.demand.sumo.acting import switches, without_acting
-from dmil.demand.sumo.entry import Entry
+from dmil.demand.sumo.entry import DemandEntry
 from dmil.network.permissions import ALL_CLASSES, OLD_NAMES, Classes
 
 DEFAULT_TYPE = "DEFAULT_VEHTYPE"
@@ -95,7 +95,7 @@ class VehicleTypes:
         """All definitions as XML elements, one a line, without a root element."""
         return "".join(f"{text}\n" for text in self._definitions)
 
-    def define(self, entry: Entry) -> None:
+    def define(self, entry: DemandEntry) -> None:
         """Take up a ``<vType>`` or ``<vTypeDistribution>``.
 
         Raises
@@ -117,7 +117,7 @@ class VehicleTypes:
         self._definitions.append(_text(definition))
         self._for_sumo.append(_text(for_sumo))
 
-    def of(self, entry: Entry) -> VehicleType:
+    def of(self, entry: DemandEntry) -> VehicleType:
         """Return the type that a vehicle or flow names, SUMO's default if it names none.
 
         Raises
@@ -127,7 +127,7 @@ class VehicleTypes:
         """
         return self._known(entry, entry.get("type") or DEFAULT_TYPE)
 
-    def _known(self, entry: Entry, name: str) -> VehicleType:
+    def _known(self, entry: DemandEntry, name: str) -> VehicleType:
         found = self._types.get(name) or _BUILT_IN.get(name)
         if found is None:
             raise entry.error(
@@ -137,13 +137,13 @@ class VehicleTypes:
             )
         return found
 
-    def _distribution(self, entry: Entry, definitions: Sequence[Element]) -> VehicleType:
+    def _distribution(self, entry: DemandEntry, definitions: Sequence[Element]) -> VehicleType:
         """Read a distribution; in its definitions the shares become those of scaled members."""
         members: list[VehicleType] = []
         weights: list[float] = []
         ids: list[str] = []
         for child in entry.element.findall("vType"):
-            member = Entry(entry.place, child)
+            member = DemandEntry(entry.place, child)
             reference = child.get("refId")
             if reference:
                 members.append(self._known(member, reference))
@@ -192,7 +192,7 @@ class VehicleTypes:
         )
 
 
-def probabilities(entry: Entry, count: int) -> Sequence[float]:
+def probabilities(entry: DemandEntry, count: int) -> Sequence[float]:
     """Return the weights that a distribution gives to the members that it names, by default 1.
 
     Raises
@@ -214,7 +214,7 @@ def probabilities(entry: Entry, count: int) -> Sequence[float]:
     return found
 
 
-def _type(entry: Entry) -> VehicleType:
+def _type(entry: DemandEntry) -> VehicleType:
     kind = entry.get("vClass") or "passenger"
     kind = OLD_NAMES.get(kind, kind)
     length_m = CLASS_LENGTH_M.get(kind, CLASS_LENGTH_M["passenger"])

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from dmil.demand.recorded import first_gap
 from dmil.demand.routes import Way, router
-from dmil.demand.sumo.entry import Entry
+from dmil.demand.sumo.entry import DemandEntry
 from dmil.demand.sumo.types import probabilities
 from dmil.network import RoadNetwork
 from dmil.network.permissions import Classes
@@ -37,7 +37,7 @@ class Unusable:
     road: str
 
 
-def ends_of(entry: Entry) -> Ends | None:
+def ends_of(entry: DemandEntry) -> Ends | None:
     """Return from where to where a vehicle, trip or flow goes, None if it has a route (ours)."""
     if entry.get("route") is not None or any(
         child.tag in ("route", "routeDistribution") for child in entry.element
@@ -67,7 +67,7 @@ class Ways:
             self._out_of[link.start].append(index)
             self._into[link.end].append(index)
 
-    def define(self, entry: Entry) -> None:
+    def define(self, entry: DemandEntry) -> None:
         """Take up a ``<route>`` or ``<routeDistribution>`` that vehicles name by its id.
 
         Raises
@@ -82,7 +82,7 @@ class Ways:
             )
         self._routes[name] = self._defined(entry)
 
-    def of(self, entry: Entry, classes: Classes) -> Choice | Unusable:
+    def of(self, entry: DemandEntry, classes: Classes) -> Choice | Unusable:
         """Return the ways of a vehicle, trip or flow, if vehicles of its classes may take them.
 
         Raises
@@ -102,16 +102,16 @@ class Ways:
                 return Unusable("no-way", self._network.links[links[gap]].id)
         return choice
 
-    def _choice(self, entry: Entry, classes: Classes) -> Choice | Unusable:
+    def _choice(self, entry: DemandEntry, classes: Classes) -> Choice | Unusable:
         name = entry.get("route")
         if name is not None:
             return self._named(entry, name)
         for child in entry.element:
             if child.tag in ("route", "routeDistribution"):
-                return self._defined(Entry(entry.place, child))
+                return self._defined(DemandEntry(entry.place, child))
         return self._trip(entry, classes)
 
-    def _named(self, entry: Entry, name: str) -> Choice | Unusable:
+    def _named(self, entry: DemandEntry, name: str) -> Choice | Unusable:
         if name not in self._routes:
             raise entry.error(
                 f"there is no route '{name}'",
@@ -120,14 +120,14 @@ class Ways:
             )
         return self._routes[name]
 
-    def _defined(self, entry: Entry) -> Choice | Unusable:
+    def _defined(self, entry: DemandEntry) -> Choice | Unusable:
         if entry.element.tag == "route":
             if "edges" not in entry.element.attrib and entry.get("refId"):
                 return self._named(entry, entry.required("refId"))
             return self._along(entry)
         members: list[tuple[Choice | Unusable, float]] = []
         for child in entry.element.findall("route"):
-            member = Entry(entry.place, child)
+            member = DemandEntry(entry.place, child)
             weight = member.number("probability") if "probability" in child.attrib else 1.0
             members.append((self._defined(member), weight))
             if member.id:
@@ -145,7 +145,7 @@ class Ways:
             joined += [(links, share * weight / total) for links, share in choice if weight]
         return tuple(joined)
 
-    def _along(self, entry: Entry) -> Choice | Unusable:
+    def _along(self, entry: DemandEntry) -> Choice | Unusable:
         """Return the route over the edges that an element lists."""
         text = entry.required("edges")
         repeat = int(entry.number("repeat", most=1000)) if entry.get("repeat") else 0
@@ -160,7 +160,7 @@ class Ways:
                 return Unusable("unknown-road", edge)
         return ((tuple(known[edge] for edge in edges), 1.0),)
 
-    def _trip(self, entry: Entry, classes: Classes) -> Choice | Unusable:
+    def _trip(self, entry: DemandEntry, classes: Classes) -> Choice | Unusable:
         key = tuple(entry.get(name) for name in _ENDS)
         start, end = key[0] or key[2], key[1] or key[3]
         if start and end:

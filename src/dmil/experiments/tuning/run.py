@@ -18,7 +18,7 @@ from dmil.errors import InputError, OutputError
 from dmil.experiments.comparison import has_same_demand
 from dmil.experiments.tuning.halving import Candidate, Values, halve, library_version
 from dmil.experiments.tuning.record import Score, TrialRecord, Tuned, read_tuned, save_tuned
-from dmil.experiments.tuning.scoring import Judge, Trial
+from dmil.experiments.tuning.scoring import Judge, TuningTrial
 from dmil.experiments.tuning.settings import TuningSettings
 from dmil.experiments.tuning.spaces import as_json, defaults, search_space
 from dmil.files import held
@@ -138,7 +138,7 @@ def _run(
 
     def scores(candidates: Sequence[Values], places: range) -> list[list[float | str]]:
         wanted = [
-            Trial(_key(about.fixed | values), place, seeds[place])
+            TuningTrial(_key(about.fixed | values), place, seeds[place])
             for values in candidates
             for place in places
         ]
@@ -147,7 +147,7 @@ def _run(
             ledger.put(trial, score)
             tell(min(ledger.count * cost, settings.budget), settings.budget)
         return [
-            [ledger.have(Trial(_key(about.fixed | values), place, 0)) for place in places]
+            [ledger.have(TuningTrial(_key(about.fixed | values), place, 0)) for place in places]
             for values in candidates
         ]
 
@@ -258,18 +258,18 @@ class _Ledger:
         """How many scores there are."""
         return sum(each is not None for row in self._rows.values() for each in row)
 
-    def get(self, trial: Trial) -> Score:
+    def get(self, trial: TuningTrial) -> Score:
         """Return a score, None if there is none yet."""
         row = self._rows.get(trial.options)
         return row[trial.place] if row else None
 
-    def have(self, trial: Trial) -> float | str:
+    def have(self, trial: TuningTrial) -> float | str:
         """Return a score that is there."""
         score = self.get(trial)
         assert score is not None
         return score
 
-    def put(self, trial: Trial, score: float | str) -> None:
+    def put(self, trial: TuningTrial, score: float | str) -> None:
         """Note a score; it is on disk within some seconds."""
         row = self._rows.setdefault(trial.options, [None] * self.places)
         row[trial.place] = score

@@ -20,7 +20,7 @@ FROZEN = {"learning": False, "epsilon": 0.0}
 
 
 @dataclass(frozen=True, slots=True)
-class Trial:
+class TuningTrial:
     """What one score is about.
 
     Attributes
@@ -64,7 +64,7 @@ class Judge:
     call: int = 0
     reward_constants: RewardConstants = PAPER_CONSTANTS
 
-    def __call__(self, trial: Trial) -> tuple[Trial, float | str]:
+    def __call__(self, trial: TuningTrial) -> tuple[TuningTrial, float | str]:
         """Return a trial's score, or why there is none."""
         try:
             score = self.score(json.loads(trial.options), trial.seed)

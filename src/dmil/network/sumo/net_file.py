@@ -11,7 +11,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from dmil.errors import MissingExtraError, NetworkError
 from dmil.network.permissions import ALL_CLASSES, MOTOR_CLASSES, Classes, Permissions, permitted
-from dmil.network.sumo.net_records import Connection, Crossing, Edge, NetFile, Point
+from dmil.network.sumo.net_records import Connection, CrossingRecord, Edge, NetFile, Point
 from dmil.network.sumo.signal_programs import SignalPrograms
 from dmil.network.xml_file import XmlWalk
 
@@ -121,7 +121,7 @@ class _Guard:
         except (ValueError, OverflowError, AttributeError, TypeError) as cause:
             raise self._error(name, given, f"it cannot be understood ({cause})") from None
 
-    def crossings(self, net: Any) -> Iterator[Crossing]:
+    def crossings(self, net: Any) -> Iterator[CrossingRecord]:
         """Return the crossings that controllers stop; their rows follow those of all ways."""
         for edge, signal, letter in self._signalled:
             junction, _, number = edge[1:].rpartition("_c")
@@ -131,7 +131,7 @@ class _Guard:
                 if not lane.startswith(":")
             )
             ways = sum(len(lane.getOutgoing()) for lane in lanes)
-            yield Crossing(signal, letter, junction, ways + int(number), self._length_m[edge])
+            yield CrossingRecord(signal, letter, junction, ways + int(number), self._length_m[edge])
 
     def end(self, name: str) -> None:
         if name == "tlLogic" and self.logic is not None:

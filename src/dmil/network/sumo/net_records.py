@@ -58,7 +58,7 @@ class Connection:
 
 
 @dataclass(frozen=True, slots=True)
-class Crossing:
+class CrossingRecord:
     """A crossing of pedestrians under a controller (ours).
 
     Parameters
@@ -79,7 +79,7 @@ class Crossing:
 
 
 @dataclass(frozen=True, slots=True)
-class Stage:
+class StageRecord:
     """One ``<phase>`` (ours).
 
     ``after`` names the stages that may follow, empty: the next one. ``min_s`` and ``max_s`` are its
@@ -116,7 +116,7 @@ class Logic:
     id: str
     kind: str
     offset_s: float
-    stages: tuple[Stage, ...]
+    stages: tuple[StageRecord, ...]
     programs: tuple[str, ...]
     switches: tuple[tuple[float, str], ...] = ()
 
@@ -160,4 +160,4 @@ class NetFile:
     response: dict[tuple[str, int], frozenset[int]]
     foreign: dict[str, str]
     added_programs_xml: str
-    crossings: tuple[Crossing, ...] = ()
+    crossings: tuple[CrossingRecord, ...] = ()

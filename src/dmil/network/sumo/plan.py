@@ -9,7 +9,7 @@ from dmil.network.program import Program, Stage
 from dmil.network.sumo.cliques import conflict_free_phases
 from dmil.network.sumo.net_records import Logic
 from dmil.network.sumo.signal_programs import OFF
-from dmil.network.sumo.ways import Pairs, Ways, letters_of
+from dmil.network.sumo.ways import Pairs, SumoMovements, letters_of
 
 NEMA, STATIC = "NEMA", "static"
 NO_SEQUENCE = (NEMA, OFF)
@@ -19,7 +19,7 @@ Links = tuple[tuple[int, ...], ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class SignalPlan:
     """The phases of one intersection, and its own program in their terms (ours).
 
     Parameters
@@ -78,7 +78,9 @@ def is_action(state: str, links: Links) -> bool:
     return bool(going(state, links, "Gg")) and not going(state, links, "yu")
 
 
-def plan_of(logic: Logic, ways: Ways, links: Links, conflicts: Pairs, *, derive: bool) -> Plan:
+def plan_of(
+    logic: Logic, ways: SumoMovements, links: Links, conflicts: Pairs, *, derive: bool
+) -> SignalPlan:
     """Find the actions of a controller (ours).
 
     An action is a stage in which vehicles have green and none has yellow; stages that serve the
@@ -146,7 +148,7 @@ def plan_of(logic: Logic, ways: Ways, links: Links, conflicts: Pairs, *, derive:
         if stage.duration_s > 0
     )
     usable = logic.kind not in NO_SEQUENCE and any(stage.green for stage in stages)
-    return Plan(
+    return SignalPlan(
         phases,
         strings,
         unsignalled,
@@ -166,7 +168,7 @@ def _with_more_others(state: str, shown: str, links: Links) -> bool:
 
 
 def _derived(
-    logic: Logic, ways: Ways, links: Links, conflicts: Pairs, open_: frozenset[int]
+    logic: Logic, ways: SumoMovements, links: Links, conflicts: Pairs, open_: frozenset[int]
 ) -> tuple[tuple[frozenset[int], ...], tuple[str, ...], frozenset[int]]:
     phases = _without_conflict(ways, conflicts, open_)
     unsignalled = open_
@@ -185,7 +187,10 @@ def _derived(
 
 
 def _without_conflict(
-    ways: Ways, conflicts: Pairs, unsignalled: frozenset[int], need: frozenset[int] | None = None
+    ways: SumoMovements,
+    conflicts: Pairs,
+    unsignalled: frozenset[int],
+    need: frozenset[int] | None = None,
 ) -> tuple[frozenset[int], ...]:
     wanted = frozenset(range(len(ways.movements))) - unsignalled
     return conflict_free_phases(ways.movements, conflicts, wanted, need=need)

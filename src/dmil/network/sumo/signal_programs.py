@@ -13,7 +13,7 @@ from pathlib import Path
 from xml.etree.ElementTree import Element, tostring
 
 from dmil.errors import NetworkError
-from dmil.network.sumo.net_records import Logic, Stage
+from dmil.network.sumo.net_records import Logic, StageRecord
 from dmil.network.xml_file import XmlPlace, iter_elements
 
 OFF = "off"
@@ -192,7 +192,7 @@ class SignalPrograms:
         return tuple(found)
 
 
-def _stage(element: Element) -> Stage:
+def _stage(element: Element) -> StageRecord:
     given = element.attrib
     if "duration" not in given and "minDur" in given:
         duration_s = (float(given["minDur"]) + float(given["maxDur"])) / 2
@@ -200,7 +200,7 @@ def _stage(element: Element) -> Stage:
         duration_s = float(given["duration"])
     after = tuple(int(each) for each in given.get("next", "").split())
     limits = (float(given[name]) if name in given else None for name in ("minDur", "maxDur"))
-    return Stage(duration_s, given["state"], after, *limits)
+    return StageRecord(duration_s, given["state"], after, *limits)
 
 
 def _time_s(text: str) -> float:

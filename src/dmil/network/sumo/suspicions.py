@@ -6,16 +6,16 @@ from collections.abc import Iterator
 
 from dmil.network.sumo.conflicts import clashing, foes_of
 from dmil.network.sumo.net_records import Logic, NetFile
-from dmil.network.sumo.plan import NO_SEQUENCE, Links, Plan, going, is_action, others_go
+from dmil.network.sumo.plan import NO_SEQUENCE, Links, SignalPlan, going, is_action, others_go
 from dmil.network.sumo.records import Remark
-from dmil.network.sumo.ways import Ways
+from dmil.network.sumo.ways import SumoMovements
 
 LONGEST_ALL_RED_S = 10.0
 """A stage without green that lasts longer is hardly a clearance (ours)."""
 
 
 def remarks_on(
-    logic: Logic, ways: Ways, links: Links, plan: Plan, file: NetFile
+    logic: Logic, ways: SumoMovements, links: Links, plan: SignalPlan, file: NetFile
 ) -> Iterator[Remark]:
     """Look for what is suspicious about one controller (ours).
 
@@ -128,7 +128,7 @@ def _on_stages(logic: Logic, links: Links, place: str) -> Iterator[Remark]:
             )
 
 
-def _on_greens(logic: Logic, ways: Ways, file: NetFile, place: str) -> Iterator[Remark]:
+def _on_greens(logic: Logic, ways: SumoMovements, file: NetFile, place: str) -> Iterator[Remark]:
     pairs = foes_of(logic.id, file, (way for group in ways.connections for way in group))
     for state in dict.fromkeys(stage.state for stage in logic.stages):
         clash = clashing(state, pairs)

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator
 
 from dmil.network.model import Walk
-from dmil.network.sumo.net_records import Crossing, Logic, NetFile
-from dmil.network.sumo.plan import Links, Plan, is_action
+from dmil.network.sumo.net_records import CrossingRecord, Logic, NetFile
+from dmil.network.sumo.plan import Links, SignalPlan, is_action
 
 WALKING_M_PER_S = 1.2
 LEAST_WALK_S = 5
@@ -16,7 +16,7 @@ _RIGHTS = "gG".find
 """What a letter allows: who turns over a crossing with g gives way to it, with G does not."""
 
 
-def crossings_of(signal: str, file: NetFile) -> tuple[Crossing, ...]:
+def crossings_of(signal: str, file: NetFile) -> tuple[CrossingRecord, ...]:
     """Return the crossings that a controller's letters stand for, in their order (ours).
 
     Parameters
@@ -30,7 +30,9 @@ def crossings_of(signal: str, file: NetFile) -> tuple[Crossing, ...]:
     return tuple(sorted(mine, key=lambda each: each.letter))
 
 
-def walk_of(crossing: Crossing, logic: Logic, plan: Plan, links: Links, file: NetFile) -> Walk:
+def walk_of(
+    crossing: CrossingRecord, logic: Logic, plan: SignalPlan, links: Links, file: NetFile
+) -> Walk:
     """Find out when pedestrians go, and how long it takes them to clear a crossing (ours).
 
     Clearing takes as long as the plan leaves between their green and that of vehicles that cross

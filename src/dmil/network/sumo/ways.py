@@ -29,7 +29,7 @@ Groups = tuple[tuple[Connection, ...], ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Ways:
+class SumoMovements:
     """The movements at a node (ours).
 
     Parameters
@@ -54,7 +54,7 @@ def ways_at(
     connections: Iterable[Connection],
     edges: dict[str, Edge],
     vehicles: ClassCounts | None = None,
-) -> Ways:
+) -> SumoMovements:
     """Put the connections at a node together to movements and order them (ours).
 
     Parameters
@@ -84,7 +84,7 @@ def ways_at(
         pair: tuple(ways[k] for k in driven([way.permitted for way in ways], vehicles))
         for pair, ways in joined.items()
     }
-    return Ways(
+    return SumoMovements(
         tuple(
             Movement(
                 *pair,
@@ -115,7 +115,7 @@ def letters_of(groups: Groups, signal: str) -> tuple[tuple[int, ...], ...]:
     )
 
 
-def crossing(ways: Ways, file: NetFile) -> tuple[Pairs, bool]:
+def crossing(ways: SumoMovements, file: NetFile) -> tuple[Pairs, bool]:
     """Find the movements whose paths cross, from the junctions' ``foes`` (ours).
 
     Returns
@@ -140,7 +140,7 @@ def crossing(ways: Ways, file: NetFile) -> tuple[Pairs, bool]:
 
 
 def gives_way(
-    ways: Ways, file: NetFile, signal: str, states: Iterable[str]
+    ways: SumoMovements, file: NetFile, signal: str, states: Iterable[str]
 ) -> tuple[tuple[int, ...], ...]:
     """Find to whom every movement yields, from the junctions' ``response`` (ours).
 

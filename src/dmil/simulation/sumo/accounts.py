@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from dmil.demand import Vehicles
 from dmil.simulation.measures import NAN, Measures
-from dmil.simulation.sumo.approaches import Ways, passed_in_all, reached_stop_lines
+from dmil.simulation.sumo.approaches import RouteGeometry, passed_in_all, reached_stop_lines
 from dmil.simulation.sumo.outputs import Outputs
 
 FloatArray = npt.NDArray[np.float64]
@@ -43,7 +43,7 @@ class Accounts:
     def measures(
         self,
         time_s: int,
-        ways: Ways,
+        ways: RouteGeometry,
         seen: FloatArray,
         under_way: FloatArray,
         *,

@@ -21,7 +21,7 @@ HALTING_M_PER_S = 0.1
 """Slower vehicles halt (SUMO's own threshold)."""
 
 
-class Ways(NamedTuple):
+class RouteGeometry(NamedTuple):
     """For every link of every route: what comes next. A place is an index into the route links.
 
     Attributes
@@ -53,13 +53,15 @@ class Ways(NamedTuple):
     passed: LongArray
 
 
-def build_ways(network: RoadNetwork, vehicles: Vehicles) -> Ways:
+def build_ways(network: RoadNetwork, vehicles: Vehicles) -> RouteGeometry:
     """Look ahead along all routes (ours)."""
     offset = vehicles.route_offset.astype(np.int64)
     return _ways(network, np.arange(len(vehicles)), offset, vehicles.route_links.astype(np.int64))
 
 
-def rerouted(network: RoadNetwork, ways: Ways, routes: Mapping[int, Sequence[str]]) -> Ways:
+def rerouted(
+    network: RoadNetwork, ways: RouteGeometry, routes: Mapping[int, Sequence[str]]
+) -> RouteGeometry:
     """Return the ways after SUMO has sent some vehicles elsewhere (ours).
 
     Parameters
@@ -79,13 +81,16 @@ def rerouted(network: RoadNetwork, ways: Ways, routes: Mapping[int, Sequence[str
     route[list(routes)] = np.arange(len(links)) + len(ways.offset) - 1
     new = _ways(network, route, offset, np.concatenate(links).astype(np.int64))
     joined = {
-        name: np.concatenate([getattr(ways, name), getattr(new, name)]) for name in Ways._fields
+        name: np.concatenate([getattr(ways, name), getattr(new, name)])
+        for name in RouteGeometry._fields
     }
     joined["offset"] = np.concatenate([ways.offset, ways.offset[-1] + offset[1:]])
-    return Ways(**{**joined, "route": route})
+    return RouteGeometry(**{**joined, "route": route})
 
 
-def _ways(network: RoadNetwork, route: LongArray, offset: LongArray, link: LongArray) -> Ways:
+def _ways(
+    network: RoadNetwork, route: LongArray, offset: LongArray, link: LongArray
+) -> RouteGeometry:
     """Look ahead along routes; link ``len(network.links)`` stands for those not in the network."""
     slot = _slots(network, offset, link)
     length_m = np.array([*(item.length_m for item in network.links), 0.0])
@@ -102,7 +107,7 @@ def _ways(network: RoadNetwork, route: LongArray, offset: LongArray, link: LongA
     to_s = np.concatenate([[0.0], np.cumsum(free_flow_s[link])])
     crossed = np.concatenate([[0], np.cumsum(governed[:-1])])
     start = np.repeat(offset[:-1], np.diff(offset))
-    return Ways(
+    return RouteGeometry(
         route=route,
         offset=offset,
         limit_m_per_s=limit_m_per_s[link],
@@ -115,7 +120,7 @@ def _ways(network: RoadNetwork, route: LongArray, offset: LongArray, link: LongA
 
 
 def count_vehicles(
-    ways: Ways,
+    ways: RouteGeometry,
     seen: FloatArray,
     shape: tuple[int, int],
     *,
@@ -153,7 +158,7 @@ def count_vehicles(
 
 
 @kernel
-def reached_stop_lines(ways: Ways, seen: FloatArray) -> int:
+def reached_stop_lines(ways: RouteGeometry, seen: FloatArray) -> int:
     """Return how many links to a governed movement the vehicles have come to, in all (ours).
 
     Parameters
@@ -170,7 +175,7 @@ def reached_stop_lines(ways: Ways, seen: FloatArray) -> int:
 
 @kernel
 def _count(
-    ways: Ways,
+    ways: RouteGeometry,
     seen: FloatArray,
     queue: IntArray,
     approaching: IntArray,
@@ -197,7 +202,7 @@ def _count(
 
 
 @kernel
-def _place(ways: Ways, seen: FloatArray, k: int) -> int:
+def _place(ways: RouteGeometry, seen: FloatArray, k: int) -> int:
     """Return where on its route a vehicle is; on a junction the place of the link behind it."""
     route = ways.route[int(seen[0, k])]
     place: int = ways.offset[route] + int(seen[1, k]) + int(seen[4, k])
@@ -205,7 +210,7 @@ def _place(ways: Ways, seen: FloatArray, k: int) -> int:
     return min(place, last)
 
 
-def passed_in_all(ways: Ways, vehicle: LongArray) -> int:
+def passed_in_all(ways: RouteGeometry, vehicle: LongArray) -> int:
     """Return how many governed movements lie on the routes of vehicles, in all (ours).
 
     Parameters

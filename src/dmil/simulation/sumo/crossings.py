@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from dmil.simulation.sumo.approaches import FloatArray, Ways
+from dmil.simulation.sumo.approaches import FloatArray, RouteGeometry
 
 
 class Crossings:
@@ -25,7 +25,7 @@ class Crossings:
         self._links_behind = np.zeros(vehicles, np.int64)
         self._there = np.zeros(vehicles, np.bool_)
 
-    def see(self, ways: Ways, seen: FloatArray) -> None:
+    def see(self, ways: RouteGeometry, seen: FloatArray) -> None:
         """Take in where the vehicles of the network are.
 
         Parameters
@@ -46,7 +46,9 @@ class Crossings:
         self._links_behind[vehicle] = np.minimum(behind, links[vehicle] - 1)
         self._there = there
 
-    def counted(self, ways: Ways, intersections: int, movements: int) -> npt.NDArray[np.int64]:
+    def counted(
+        self, ways: RouteGeometry, intersections: int, movements: int
+    ) -> npt.NDArray[np.int64]:
         """Return the vehicles that have crossed, by intersection: (intersections,) int64.
 
         Parameters

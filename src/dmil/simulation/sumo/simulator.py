@@ -16,7 +16,7 @@ from dmil.simulation.protocol import Observation
 from dmil.simulation.sumo.accounts import Accounts
 from dmil.simulation.sumo.approaches import (
     FloatArray,
-    Ways,
+    RouteGeometry,
     build_ways,
     count_vehicles,
     rerouted,
@@ -101,8 +101,8 @@ class SumoSimulator:
         self._process: SumoProcess | None = None
         self._files: RunFiles
         self._vehicles: Vehicles | None = None
-        self._ways: Ways
-        self._ways_of_files: Ways
+        self._ways: RouteGeometry
+        self._ways_of_files: RouteGeometry
         self._heads: SignalHeads
         self._accounts: Accounts
         self._crossings: Crossings

@@ -12,7 +12,13 @@ from numpy.typing import NDArray
 
 from dmil.analysis.panel import EMBEDDING_ORDER, check_distinct, check_success, ordered, panel_of
 from dmil.results import Results
-from dmil.studies.paper.published import Architecture, Reading, intersections_of, is_of, reading_of
+from dmil.studies.paper.published import (
+    PublishedArchitecture,
+    Reading,
+    intersections_of,
+    is_of,
+    reading_of,
+)
 
 #: What makes up a cell: all runs that differ in nothing but the seed.
 CELL: tuple[str, ...] = (
@@ -73,7 +79,7 @@ class Cells:
     def named(self) -> pl.DataFrame:
         """The table, the paper's ``column`` that a cell stands for, and ``is_exact_sarsa``."""
         rows = self.table.rows(named=True)
-        exact = Architecture("sarsa", "exact", False, self.reading.epsilon_non_memory)
+        exact = PublishedArchitecture("sarsa", "exact", False, self.reading.epsilon_non_memory)
         return self.table.with_columns(
             column=pl.Series([self.reading.column(row) for row in rows], dtype=pl.String),
             is_exact_sarsa=pl.Series([is_of(exact, row) for row in rows], dtype=pl.Boolean),
@@ -95,7 +101,7 @@ class Cells:
         return by_size(self.table["scenario"].unique().to_list())
 
     def find(
-        self, preset: str, scenario: str, reward: str, architecture: Architecture
+        self, preset: str, scenario: str, reward: str, architecture: PublishedArchitecture
     ) -> int | None:
         """Return the number of a learning agent's cell, None if it was not run."""
         a = architecture

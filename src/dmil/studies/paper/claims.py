@@ -14,7 +14,7 @@ from dmil.results import Results
 from dmil.studies.paper.cells import Cells, cells_of
 from dmil.studies.paper.comparisons import Evidence, evaluate
 from dmil.studies.paper.published import scenario_label
-from dmil.studies.paper.questions import Question, Statement
+from dmil.studies.paper.questions import Claim, Question
 from dmil.studies.paper.statements import STATEMENTS
 
 Outcome = Literal["holds", "does not hold", "depends", "not shown", "not judged"]
@@ -101,7 +101,7 @@ class _Answer:
     verdict: str
 
 
-def _judged(cells: Cells, preset: str, statement: Statement) -> tuple[object, ...]:
+def _judged(cells: Cells, preset: str, statement: Claim) -> tuple[object, ...]:
     answers = [_answer(cells, preset, question) for question in statement.questions]
     # A question that needs runs which are not there, or does not arise under a preset, is left out.
     asked = [answer for answer in answers if answer.evidence] or answers[:1]

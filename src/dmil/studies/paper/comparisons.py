@@ -14,7 +14,7 @@ from dmil.studies.paper.cells import Cells
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class CellComparison:
     """One cell against another: mean(first)/mean(second) - 1 over the seeds that both have.
 
     Parameters
@@ -55,7 +55,7 @@ class Evidence:
     the two acted alike, and nothing was put to the test.
     """
 
-    comparison: Comparison
+    comparison: CellComparison
     value: float
     low: float
     high: float
@@ -65,7 +65,7 @@ class Evidence:
 
 
 def evaluate(
-    cells: Cells, comparisons: Iterable[Comparison], relation: Relation, threshold: float
+    cells: Cells, comparisons: Iterable[CellComparison], relation: Relation, threshold: float
 ) -> list[Evidence]:
     """Estimate all possible comparisons and judge each."""
     possible = [comparison for comparison in comparisons if comparison.possible]
@@ -80,14 +80,14 @@ def evaluate(
     return evidence
 
 
-def _alike(cells: Cells, comparison: Comparison) -> float:
+def _alike(cells: Cells, comparison: CellComparison) -> float:
     pair = cells.columns(comparison.measure, [comparison.first, comparison.second])
     both = pair[~np.isnan(pair).any(axis=1)]
     return float((both[:, 0] == both[:, 1]).mean())
 
 
 def _estimate(
-    cells: Cells, comparisons: Sequence[Comparison]
+    cells: Cells, comparisons: Sequence[CellComparison]
 ) -> list[tuple[float, float, float, int]]:
     results: dict[int, tuple[float, float, float, int]] = {}
     groups: dict[tuple[str, bool], list[int]] = {}

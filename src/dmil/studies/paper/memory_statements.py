@@ -14,8 +14,8 @@ from dmil.studies.paper.questions import (
     BY_REWARD,
     NOTICEABLE,
     SAME_WITHIN,
+    Claim,
     Question,
-    Statement,
     percent,
 )
 from dmil.studies.paper.selections import (
@@ -50,8 +50,8 @@ _EXPENSES: tuple[tuple[str, tuple[str, ...], Where], ...] = (
 )
 
 
-MEMORY: tuple[Statement, ...] = (
-    Statement(
+MEMORY: tuple[Claim, ...] = (
+    Claim(
         "memory-flatter",
         "quotation",
         "§VI-D",
@@ -74,7 +74,7 @@ MEMORY: tuple[Statement, ...] = (
         "holds more than m_s rows however long a run is. In a run this short it may not fill even "
         "once: then nothing is staged, and m_L stays what it was at the start.",
     ),
-    Statement(
+    Claim(
         "memory-smaller",
         "quotation",
         "§VI-D",
@@ -95,7 +95,7 @@ MEMORY: tuple[Statement, ...] = (
         "Greatly reduced is read as at least halved. Much of it is decided at the start: dual "
         "memory imports the best half of the trained table, one action each, SARSA all of it.",
     ),
-    Statement(
+    Claim(
         "similar-metrics",
         "quotation",
         "§VI-D",
@@ -113,7 +113,7 @@ MEMORY: tuple[Statement, ...] = (
         ),
         f"Similar is read as less than {_SAME} above.",
     ),
-    Statement(
+    Claim(
         "split-smaller",
         "quotation",
         "§IV-B",
@@ -128,7 +128,7 @@ MEMORY: tuple[Statement, ...] = (
         ),
         "An entry of long-term memory holds one action, one of SARSA's table a Q of every action.",
     ),
-    Statement(
+    Claim(
         "communication-smaller",
         "quotation",
         "§VI-D",
@@ -156,7 +156,7 @@ MEMORY: tuple[Statement, ...] = (
         "of storing: the start table, too, is the same for all agents, but each has a copy until "
         "they communicate.",
     ),
-    Statement(
+    Claim(
         "simple-smaller",
         "quotation",
         "§VI-D",
@@ -177,7 +177,7 @@ MEMORY: tuple[Statement, ...] = (
         ),
         "The sentence does not say further than what.",
     ),
-    Statement(
+    Claim(
         "tiny-decrease",
         "quotation",
         "§VI-D",
@@ -202,7 +202,7 @@ MEMORY: tuple[Statement, ...] = (
         ),
         f"Tiny is read as less than {_SAME}.",
     ),
-    Statement(
+    Claim(
         "little-expense",
         "quotation",
         "§VII",

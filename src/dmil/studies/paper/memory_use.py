@@ -6,7 +6,12 @@ import polars as pl
 
 from dmil.results import Results
 from dmil.studies.paper.cells import Cells
-from dmil.studies.paper.published import NO_MEMORY, PAPER_COLUMNS, Architecture, intersections_of
+from dmil.studies.paper.published import (
+    NO_MEMORY,
+    PAPER_COLUMNS,
+    PublishedArchitecture,
+    intersections_of,
+)
 from dmil.studies.paper.summaries import as_cells, seed_means, series_of
 
 
@@ -27,7 +32,9 @@ def memory_table(results: Results | Cells) -> pl.DataFrame:
     numbers: list[int | None] = []
     for preset in cells.presets:
         agents = {
-            "SARSA exact": Architecture("sarsa", "exact", False, cells.reading.epsilon_non_memory)
+            "SARSA exact": PublishedArchitecture(
+                "sarsa", "exact", False, cells.reading.epsilon_non_memory
+            )
         } | {column: cells.reading.architecture(column, preset) for column in PAPER_COLUMNS}
         # Under most presets "No Memory" is exact SARSA: one row is enough.
         if agents[NO_MEMORY] == agents["SARSA exact"]:

@@ -34,7 +34,7 @@ EPSILON_MEMORY = 0.4
 
 
 @dataclass(frozen=True, slots=True)
-class Architecture:
+class PublishedArchitecture:
     """What a learning agent is made of, apart from its reward.
 
     Parameters
@@ -58,7 +58,7 @@ class Architecture:
     variant: str | None = None
 
 
-def is_of(architecture: Architecture, row: Mapping[str, Any]) -> bool:
+def is_of(architecture: PublishedArchitecture, row: Mapping[str, Any]) -> bool:
     """Tell whether a cell is of an architecture, whatever its reward (ours)."""
     return asdict(architecture).items() <= row.items()
 
@@ -85,14 +85,14 @@ class Reading:
     )
     complex_embedding: str = "complex"
 
-    def architecture(self, column: str, preset: str) -> Architecture:
+    def architecture(self, column: str, preset: str) -> PublishedArchitecture:
         """Return the architecture that a column of Table II stands for under a preset (ours)."""
         if column == NO_MEMORY:
             embedding = self.no_memory_embedding.get(preset, "exact")
-            return Architecture("sarsa", embedding, False, self.epsilon_non_memory)
+            return PublishedArchitecture("sarsa", embedding, False, self.epsilon_non_memory)
         embedding = "simple" if column == SIMPLE else self.complex_embedding
         communication = column == COMPLEX_COMMUNICATION
-        return Architecture("dual-memory", embedding, communication, self.epsilon_memory)
+        return PublishedArchitecture("dual-memory", embedding, communication, self.epsilon_memory)
 
     def column(self, row: Mapping[str, Any]) -> str | None:
         """Return which column of Table II a cell stands for under its preset."""

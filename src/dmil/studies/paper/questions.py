@@ -48,7 +48,7 @@ class Question:
 
 
 @dataclass(frozen=True, slots=True)
-class Statement:
+class Claim:
     """One claim and the questions that decide it.
 
     Parameters

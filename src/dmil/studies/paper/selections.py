@@ -7,13 +7,13 @@ from itertools import product
 from typing import Literal
 
 from dmil.studies.paper.cells import LEARNERS, Cells
-from dmil.studies.paper.comparisons import Comparison
+from dmil.studies.paper.comparisons import CellComparison
 from dmil.studies.paper.published import (
     COMPLEX,
     NO_MEMORY,
     PAPER_COLUMNS,
     SIMPLE,
-    Architecture,
+    PublishedArchitecture,
     intersections_of,
 )
 
@@ -31,7 +31,7 @@ COMMUNICATION = ("communication=false", "communication=true")
 Where = Literal["single", "several", "any"]
 """Grids with one intersection like the paper's, with several, or both."""
 
-Choose = Callable[[Cells, str], Iterator[Comparison]]
+Choose = Callable[[Cells, str], Iterator[CellComparison]]
 
 
 def grids(cells: Cells, which: Where) -> list[str]:
@@ -49,9 +49,9 @@ def columns(
 ) -> Choose:
     """Compare columns of the paper's table with another column at the same reward."""
 
-    def choose(cells: Cells, preset: str) -> Iterator[Comparison]:
+    def choose(cells: Cells, preset: str) -> Iterator[CellComparison]:
         for scenario, reward, column in product(grids(cells, where), rewards, first):
-            yield Comparison(
+            yield CellComparison(
                 f"{reward}: {column} against {second}",
                 scenario,
                 measure,
@@ -70,10 +70,10 @@ def rewards(
 ) -> Choose:
     """Compare rewards with another reward in each column of the paper's table."""
 
-    def choose(cells: Cells, preset: str) -> Iterator[Comparison]:
+    def choose(cells: Cells, preset: str) -> Iterator[CellComparison]:
         for scenario, column, reward in product(grids(cells, where), PAPER_COLUMNS, first):
             architecture = cells.reading.architecture(column, preset)
-            yield Comparison(
+            yield CellComparison(
                 f"{column}: {reward} against {second}",
                 scenario,
                 measure,
@@ -84,7 +84,7 @@ def rewards(
     return choose
 
 
-def complex_against_others(cells: Cells, preset: str) -> Iterator[Comparison]:
+def complex_against_others(cells: Cells, preset: str) -> Iterator[CellComparison]:
     """Compare what entropy and diffusion gain over default: Complex with the others."""
     several = grids(cells, "several")
     for scenario, reward, other in product(several, PHYSICAL, (NO_MEMORY, SIMPLE)):
@@ -94,10 +94,12 @@ def complex_against_others(cells: Cells, preset: str) -> Iterator[Comparison]:
             for name in (reward, "default")
         ]
         if None not in pairs:
-            yield Comparison(f"{reward}/default: Complex against {other}", scenario, WAIT, *pairs)
+            yield CellComparison(
+                f"{reward}/default: Complex against {other}", scenario, WAIT, *pairs
+            )
 
 
-def longer_communication(cells: Cells, preset: str) -> Iterator[Comparison]:
+def longer_communication(cells: Cells, preset: str) -> Iterator[CellComparison]:
     """Compare the longer runs of agents that communicate with those of agents that do not."""
     numbers: dict[tuple[str, str], dict[str, int]] = {}
     for number, row in enumerate(cells.table.iter_rows(named=True)):
@@ -107,13 +109,13 @@ def longer_communication(cells: Cells, preset: str) -> Iterator[Comparison]:
     for (scenario, reward), found in numbers.items():
         without, with_it = (found.get(variant) for variant in COMMUNICATION)
         label = f"{reward}: Complex + communication against Complex, longer runs"
-        yield Comparison(label, scenario, WAIT_UNDIVIDED, with_it, without)
+        yield CellComparison(label, scenario, WAIT_UNDIVIDED, with_it, without)
 
 
 def against_no_memory(measure: str) -> Choose:
     """Compare Simple and Complex with No Memory, where that is not exact SARSA anyway."""
 
-    def choose(cells: Cells, preset: str) -> Iterator[Comparison]:
+    def choose(cells: Cells, preset: str) -> Iterator[CellComparison]:
         if cells.reading.architecture(NO_MEMORY, preset).embedding != "exact":
             yield from columns((SIMPLE, COMPLEX), NO_MEMORY, measure, ALL_REWARDS)(cells, preset)
 
@@ -127,11 +129,11 @@ def against_exact_sarsa(
 ) -> Choose:
     """Compare columns of the paper's table with SARSA on exact states at its ε."""
 
-    def choose(cells: Cells, preset: str) -> Iterator[Comparison]:
-        table = Architecture("sarsa", "exact", False, cells.reading.epsilon_non_memory)
+    def choose(cells: Cells, preset: str) -> Iterator[CellComparison]:
+        table = PublishedArchitecture("sarsa", "exact", False, cells.reading.epsilon_non_memory)
         several = grids(cells, "several")
         for scenario, reward, column in product(several, rewards, first):
-            yield Comparison(
+            yield CellComparison(
                 f"{reward}: {column} against exact SARSA",
                 scenario,
                 measure,
@@ -147,26 +149,31 @@ def at_equal_epsilon(
 ) -> Choose:
     """Compare a controller on the classes with SARSA on "exact" or on the same classes."""
 
-    def choose(cells: Cells, preset: str) -> Iterator[Comparison]:
+    def choose(cells: Cells, preset: str) -> Iterator[CellComparison]:
         several = grids(cells, "several")
         classes = ("simple", cells.reading.complex_embedding)
         for scenario, reward, embedding in product(several, rewards, classes):
             other = "exact" if second == "exact" else embedding
             epsilon = cells.reading.epsilon_memory
-            yield Comparison(
+            yield CellComparison(
                 f"{reward}: {first} {embedding} against sarsa {other}, ε = {epsilon}",
                 scenario,
                 measure,
                 cells.find(
-                    preset, scenario, reward, Architecture(first, embedding, False, epsilon)
+                    preset,
+                    scenario,
+                    reward,
+                    PublishedArchitecture(first, embedding, False, epsilon),
                 ),
-                cells.find(preset, scenario, reward, Architecture("sarsa", other, False, epsilon)),
+                cells.find(
+                    preset, scenario, reward, PublishedArchitecture("sarsa", other, False, epsilon)
+                ),
             )
 
     return choose
 
 
-def learners_against_baselines(cells: Cells, preset: str) -> Iterator[Comparison]:
+def learners_against_baselines(cells: Cells, preset: str) -> Iterator[CellComparison]:
     """Compare every learning cell with longest queue first and with max-pressure."""
     for number, row in enumerate(cells.table.iter_rows(named=True)):
         if row["preset"] != preset or row["controller"] not in LEARNERS or row["variant"]:
@@ -174,7 +181,7 @@ def learners_against_baselines(cells: Cells, preset: str) -> Iterator[Comparison
         shared = " + communication" if row["communication"] else ""
         name = f"{row['controller']} {row['embedding']}{shared}, {row['reward']}"
         for baseline in ("longest-queue-first", "max-pressure"):
-            yield Comparison(
+            yield CellComparison(
                 f"{name}, ε = {row['epsilon']} against {baseline}",
                 row["scenario"],
                 WAIT,

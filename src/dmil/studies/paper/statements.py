@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dmil.studies.paper.memory_statements import MEMORY
-from dmil.studies.paper.questions import BY_REWARD, SAME_WITHIN, Question, Statement, percent
+from dmil.studies.paper.questions import BY_REWARD, SAME_WITHIN, Claim, Question, percent
 from dmil.studies.paper.selections import PHYSICAL, at_equal_epsilon, learners_against_baselines
 from dmil.studies.paper.waiting_statements import WAITING
 
 _SAME = percent(SAME_WITHIN)
 
 
-OURS: tuple[Statement, ...] = (
-    Statement(
+OURS: tuple[Claim, ...] = (
+    Claim(
         "baselines-win",
         "ours",
         "",
@@ -25,7 +25,7 @@ OURS: tuple[Statement, ...] = (
             ),
         ),
     ),
-    Statement(
+    Claim(
         "classes-carry-the-gain",
         "ours",
         "",
@@ -39,7 +39,7 @@ OURS: tuple[Statement, ...] = (
             ),
         ),
     ),
-    Statement(
+    Claim(
         "two-memories-neutral",
         "ours",
         "",
@@ -58,5 +58,5 @@ OURS: tuple[Statement, ...] = (
     ),
 )
 
-STATEMENTS: tuple[Statement, ...] = (*WAITING, *MEMORY, *OURS)
+STATEMENTS: tuple[Claim, ...] = (*WAITING, *MEMORY, *OURS)
 """In the order of the report."""

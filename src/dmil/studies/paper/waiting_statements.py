@@ -9,7 +9,7 @@ from dmil.studies.paper.published import (
     SIMPLE,
     implied_changes,
 )
-from dmil.studies.paper.questions import BY_REWARD, SAME_WITHIN, Question, Statement, percent
+from dmil.studies.paper.questions import BY_REWARD, SAME_WITHIN, Claim, Question, percent
 from dmil.studies.paper.selections import (
     ARRIVED,
     PHYSICAL,
@@ -31,8 +31,8 @@ def _reward_range(first: str, second: str) -> str:
     return f"{-100 * changes[-1]:.0f} to {-100 * changes[0]:.0f} %"
 
 
-WAITING: tuple[Statement, ...] = (
-    Statement(
+WAITING: tuple[Claim, ...] = (
+    Claim(
         "reward-effect",
         "quotation",
         "§VI-D",
@@ -46,7 +46,7 @@ WAITING: tuple[Statement, ...] = (
             ),
         ),
     ),
-    Statement(
+    Claim(
         "memory-beats-sarsa",
         "quotation",
         "§VI-D",
@@ -64,7 +64,7 @@ WAITING: tuple[Statement, ...] = (
         "Under default the paper's own Table II has Complex above No Memory: .24 against .19 on "
         "3×3, .26 against .17 on 5×5.",
     ),
-    Statement(
+    Claim(
         "simple-wins-default",
         "table",
         "Table II",
@@ -77,7 +77,7 @@ WAITING: tuple[Statement, ...] = (
             ),
         ),
     ),
-    Statement(
+    Claim(
         "complex-loses-default",
         "table",
         "Table II",
@@ -90,7 +90,7 @@ WAITING: tuple[Statement, ...] = (
             ),
         ),
     ),
-    Statement(
+    Claim(
         "single-intersection",
         "quotation",
         "§VI-D",
@@ -106,7 +106,7 @@ WAITING: tuple[Statement, ...] = (
             for label, chosen in BY_REWARD
         ),
     ),
-    Statement(
+    Claim(
         "complex-gains-most",
         "quotation",
         "§VI-D",
@@ -121,7 +121,7 @@ WAITING: tuple[Statement, ...] = (
             ),
         ),
     ),
-    Statement(
+    Claim(
         "rewards-alike",
         "quotation",
         "§VI-D",
@@ -135,7 +135,7 @@ WAITING: tuple[Statement, ...] = (
             ),
         ),
     ),
-    Statement(
+    Claim(
         "waiting-30",
         "quotation",
         "§VI-D",
@@ -160,7 +160,7 @@ WAITING: tuple[Statement, ...] = (
         f"Table II, to which the sentence points, implies {_reward_range('entropy', 'default')} "
         "in W/V_c (.26 to .06 for Complex on 5×5).",
     ),
-    Statement(
+    Claim(
         "throughput-100",
         "quotation",
         "§VI-D",
@@ -178,7 +178,7 @@ WAITING: tuple[Statement, ...] = (
         "horizon assumed here not even longest queue first doubles V_c: the verdict is on these "
         "assumptions as much as on the paper.",
     ),
-    Statement(
+    Claim(
         "classes-infer",
         "quotation",
         "§VI-D",
@@ -196,7 +196,7 @@ WAITING: tuple[Statement, ...] = (
         ),
         "Judged by SARSA, which differs in nothing else with and without classes.",
     ),
-    Statement(
+    Claim(
         "throughput-improved",
         "quotation",
         "Abstract",
@@ -212,7 +212,7 @@ WAITING: tuple[Statement, ...] = (
             for label, chosen in BY_REWARD
         ),
     ),
-    Statement(
+    Claim(
         "communication-raises-default",
         "quotation",
         "§VI-D",
@@ -230,7 +230,7 @@ WAITING: tuple[Statement, ...] = (
         "The paper's own Table II has .24 to .25 on 3×3 and, the other way, .26 to .24 on 5×5, "
         "both within its ±.",
     ),
-    Statement(
+    Claim(
         "communication-no-gain-default",
         "quotation",
         "§VI-A",
@@ -255,7 +255,7 @@ WAITING: tuple[Statement, ...] = (
             ),
         ),
     ),
-    Statement(
+    Claim(
         "communication-neutral",
         "quotation",
         "§VI-D",

@@ -35,7 +35,7 @@ CONTROLLER_ORDER = (
 
 
 @dataclass(frozen=True, slots=True)
-class Contender:
+class RescoContender:
     """A controller with all that its results depend on but network, simulator and seed.
 
     Attributes
@@ -59,7 +59,7 @@ class Contender:
         return self.reward is not None
 
 
-def contender_names(contenders: list[Contender]) -> list[str]:
+def contender_names(contenders: list[RescoContender]) -> list[str]:
     """Return a short name for each, with reward and ε only where they differ (ours)."""
     rewards = {each.reward for each in contenders if each.learns}
     epsilons = {each.epsilon for each in contenders if each.learns}
@@ -82,7 +82,7 @@ class Judged:
 
     Attributes
     ----------
-    contenders: tuple of Contender
+    contenders: tuple of RescoContender
     names: tuple of str
         Their names.
     scenarios, simulators: tuple of str
@@ -94,7 +94,7 @@ class Judged:
         no run.
     """
 
-    contenders: tuple[Contender, ...]
+    contenders: tuple[RescoContender, ...]
     names: tuple[str, ...]
     scenarios: tuple[str, ...]
     simulators: tuple[str, ...]
@@ -114,7 +114,7 @@ class Judged:
 
     def number(self, controller: str) -> int | None:
         """Return the number of a contender that does not learn, None if it was not run."""
-        name = Contender(controller)
+        name = RescoContender(controller)
         return self.contenders.index(name) if name in self.contenders else None
 
     @property
@@ -145,7 +145,7 @@ def judged(results: Results) -> Judged:
         mend="analyse different horizons or trainings in folders of their own",
     )
     rows = runs.select(CONTENDER).unique().iter_rows(named=True)
-    contenders = sorted((Contender(**row) for row in rows), key=_rank)
+    contenders = sorted((RescoContender(**row) for row in rows), key=_rank)
     scenarios = sorted(runs["scenario"].unique().to_list(), key=_scenario_rank)
     simulators = ordered(runs["simulator"].unique().to_list(), SIMULATOR_ORDER)
     seeds = sorted(runs["seed"].unique().to_list())
@@ -153,7 +153,10 @@ def judged(results: Results) -> Judged:
     panel = panel_of(
         (simulators, runs["simulator"].to_list()),
         (scenarios, runs["scenario"].to_list()),
-        (contenders, [Contender(**row) for row in runs.select(CONTENDER).iter_rows(named=True)]),
+        (
+            contenders,
+            [RescoContender(**row) for row in runs.select(CONTENDER).iter_rows(named=True)],
+        ),
         (seeds, runs["seed"].to_list()),
     )
     return Judged(
@@ -167,7 +170,7 @@ def judged(results: Results) -> Judged:
     )
 
 
-def _rank(contender: Contender) -> tuple[Any, ...]:
+def _rank(contender: RescoContender) -> tuple[Any, ...]:
     def place(name: str | None, order: tuple[str, ...]) -> tuple[int, str]:
         return (order.index(name) if name in order else len(order), name or "")
 

@@ -8,7 +8,7 @@ import polars as pl
 from dmil.results import Results
 from dmil.seeding import stream
 from dmil.statistics import mean_interval
-from dmil.studies.resco.contenders import CONTENDER, Contender, Judged
+from dmil.studies.resco.contenders import CONTENDER, Judged, RescoContender
 from dmil.studies.resco.published import LAST_EPISODES
 from dmil.studies.resco.scores import interval_columns
 
@@ -122,7 +122,7 @@ def queue_courses(results: Results, runs: Judged, scenario: str) -> pl.DataFrame
     return pl.concat(frames) if frames else pl.DataFrame(schema=_COURSE)
 
 
-def _is(contender: Contender) -> list[pl.Expr]:
+def _is(contender: RescoContender) -> list[pl.Expr]:
     return [pl.col(name).eq_missing(getattr(contender, name)) for name in CONTENDER]
 
 

@@ -4,7 +4,7 @@ import pytest
 from dmil.analysis.verdicts import judge
 from dmil.results import Results
 from dmil.studies.paper.claims import claims, verdict_of
-from dmil.studies.paper.comparisons import Comparison, Evidence
+from dmil.studies.paper.comparisons import CellComparison, Evidence
 from dmil.studies.paper.statements import STATEMENTS
 
 
@@ -62,7 +62,7 @@ def test_verdicts_of_the_made_up_study(make_study):
 
 def outcome_of(lows_and_highs, quantifier, relation="above", threshold=1.0):
     """Judge made-up intervals."""
-    comparison = Comparison("made up", "grid:5x5", "arrived_veh", 0, 1)
+    comparison = CellComparison("made up", "grid:5x5", "arrived_veh", 0, 1)
     evidence = [
         Evidence(comparison, (low + high) / 2, low, high, 30, judge(relation, threshold, low, high))
         for low, high in lows_and_highs

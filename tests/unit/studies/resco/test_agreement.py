@@ -7,7 +7,7 @@ from scipy.stats import kendalltau
 
 from dmil.seeding import stream
 from dmil.studies.resco.agreement import agreement
-from dmil.studies.resco.contenders import Contender, Judged
+from dmil.studies.resco.contenders import Judged, RescoContender
 
 
 def study(sumo, **queues):
@@ -15,7 +15,7 @@ def study(sumo, **queues):
     delays = np.stack([sumo, *queues.values()])
     names = tuple(f"c{number}" for number in range(delays.shape[2]))
     return Judged(
-        contenders=tuple(Contender(name) for name in names),
+        contenders=tuple(RescoContender(name) for name in names),
         names=names,
         scenarios=tuple(f"net{number}" for number in range(delays.shape[1])),
         simulators=("sumo", *(name.replace("_", "-") for name in queues)),
@@ -115,7 +115,7 @@ def test_missing_seeds_do_not_break_a_resample():
 def test_it_takes_both_kinds_of_simulator(simulators):
     values = np.ones((len(simulators), 1, 2, 2))
     made = Judged(
-        (Contender("a"), Contender("b")),
+        (RescoContender("a"), RescoContender("b")),
         ("a", "b"),
         ("net",),
         simulators,

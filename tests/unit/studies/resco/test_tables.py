@@ -7,7 +7,7 @@ import pytest
 from dmil.errors import InputError
 from dmil.results import Results
 from dmil.scenarios.resco import RESCO
-from dmil.studies.resco.contenders import Contender, contender_names, judged
+from dmil.studies.resco.contenders import RescoContender, contender_names, judged
 from dmil.studies.resco.curves import learning_curves, queue_courses
 from dmil.studies.resco.published import METHODS, PUBLISHED, published_by
 from dmil.studies.resco.tables import best_published_learner, resco_tables
@@ -66,9 +66,9 @@ def test_runs_are_arranged_by_simulator_network_contender_and_seed(results):
 
 
 def test_names_say_only_what_differs():
-    sarsa = Contender("sarsa", "exact", False, "queue", 0.1)
-    assert contender_names([sarsa, Contender("random")]) == ["sarsa exact", "random"]
-    other = Contender("sarsa", "exact", True, "pressure", 0.2)
+    sarsa = RescoContender("sarsa", "exact", False, "queue", 0.1)
+    assert contender_names([sarsa, RescoContender("random")]) == ["sarsa exact", "random"]
+    other = RescoContender("sarsa", "exact", True, "pressure", 0.2)
     assert contender_names([sarsa, other]) == [
         "sarsa exact queue reward ε 0.1",
         "sarsa exact + communication pressure reward ε 0.2",
