@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
+from pydantic import BaseModel
+
 from dmil.errors import InputError
 
 SET_BY_THE_STUDY = {"embedding", "communication", "epsilon_decay", "learning", "shared"}
@@ -22,3 +26,40 @@ def check_horizon(horizon_s: int, decision_interval_s: int) -> None:
             where="horizon_s",
             expected=f"at least two decision intervals of {decision_interval_s} s",
         )
+
+
+def distinct(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return names that differ from each other, for a validator of settings.
+
+    Raises
+    ------
+    ValueError
+        Two are the same.
+    """
+    if len(set(names)) < len(names):
+        raise ValueError("names must differ from each other")
+    return names
+
+
+def check_left_open(
+    fixed: Collection[str] = frozenset(SET_BY_THE_STUDY), **agents: BaseModel
+) -> None:
+    """Check that settings of agents leave alone what the study itself sets.
+
+    Parameters
+    ----------
+    fixed
+        Fields that the study sets.
+    agents
+        Name in the study's settings to the agent's settings.
+
+    Raises
+    ------
+    ValueError
+        One of the fields has not its usual value.
+    """
+    for name, chosen in agents.items():
+        usual = type(chosen)()
+        for field in set(fixed) & set(type(chosen).model_fields):
+            if getattr(chosen, field) != getattr(usual, field):
+                raise ValueError(f"{name}.{field} is set by the study itself: leave it out")

@@ -9,6 +9,7 @@ import jinja2
 from markupsafe import Markup
 
 import dmil
+from dmil.errors import unknown_name
 from dmil.reports.export import embedded, script_bundle
 from dmil.reports.figure import Figure
 from dmil.reports.labels import controller_label, interval, number, signed
@@ -60,3 +61,15 @@ def shared_values(results: Results, figures: Sequence[Figure]) -> dict[str, Any]
         "bundle": script_bundle(),
         "dark_colours": DARK,
     }
+
+
+def check_preset(chosen: str | None, only: str) -> None:
+    """Check the preset that is chosen of a study that has only one.
+
+    Raises
+    ------
+    UnknownNameError
+        It is another.
+    """
+    if chosen not in (None, only):
+        raise unknown_name("preset in this study", str(chosen), [only])

@@ -21,7 +21,24 @@ STUDIES = {study.name: study for study in (PaperStudy, RescoStudy, MemoriesStudy
 
 
 class Report(Protocol):
-    """What a report is made of; ``page.REPORT`` of a study makes one of results."""
+    """What a report is made of; ``page.REPORT`` of a study makes one of results.
+
+    Parameters
+    ----------
+    results
+        The study.
+    tables
+        Its tables, if they are there already.
+    preset
+        Preset that headline and figures show; None: its main one.
+
+    Raises
+    ------
+    InputError
+        No run succeeded.
+    UnknownNameError
+        There is no such preset in the study.
+    """
 
     def __init__(
         self, results: Results, tables: Any | None = None, preset: str | None = None

@@ -8,11 +8,10 @@ from typing import Any
 import polars as pl
 
 from dmil.analysis.verdicts import FEWEST_SEEDS
-from dmil.errors import unknown_name
 from dmil.reports.configuration import configuration_rows
 from dmil.reports.figure import Figure
 from dmil.reports.files import csv
-from dmil.reports.html import environment, shared_values
+from dmil.reports.html import check_preset, environment, shared_values
 from dmil.results import Results
 from dmil.studies.memories.figures import DARK, figures_of_study
 from dmil.studies.memories.files import standing_latex, standing_markdown
@@ -33,26 +32,14 @@ class MemoriesReport:
 
     Parameters
     ----------
-    results
-        The study.
-    tables
-        Its tables, if they are there already.
-    preset
-        None, or its only one.
-
-    Raises
-    ------
-    InputError
-        No run succeeded.
-    UnknownNameError
-        The preset is another.
+    results, tables, preset
+        See `dmil.studies.registry.Report`; it has one preset only.
     """
 
     def __init__(
         self, results: Results, tables: MemoriesTables | None = None, preset: str | None = None
     ) -> None:
-        if preset not in (None, PRESET):
-            raise unknown_name("preset in this study", str(preset), [PRESET])
+        check_preset(preset, PRESET)
         self._results = results
         self._tables = tables or memories_tables(results)
 

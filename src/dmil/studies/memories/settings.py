@@ -7,6 +7,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
+from dmil.experiments.checks import distinct
 from dmil.scenarios.model import LONGEST_RUN_S
 from dmil.seeding import LARGEST_SEED
 
@@ -65,9 +66,4 @@ class MemoriesStudySettings(BaseModel):
         (), description="How these were found, for the report: budget, best against defaults."
     )
 
-    @field_validator("controllers", "ablations", "cells")
-    @classmethod
-    def _distinct(cls, names: tuple[str, ...]) -> tuple[str, ...]:
-        if len(set(names)) < len(names):
-            raise ValueError("names must differ from each other")
-        return names
+    _distinct = field_validator("controllers", "ablations", "cells")(distinct)

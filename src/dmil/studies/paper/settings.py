@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 
 from dmil.controllers.tabular.settings import DualMemorySettings, SarsaSettings
 from dmil.demand import Ties
-from dmil.experiments.checks import SET_BY_THE_STUDY
+from dmil.experiments.checks import check_left_open, distinct
 from dmil.interpretations import mark
 from dmil.network.grid import ENTRY_LINK_TIME_S, LINK_TIME_S
 from dmil.rewards import PAPER_CONSTANTS, RewardConstants
@@ -156,20 +156,11 @@ class PaperStudySettings(BaseModel):
         description="Links of the grids.",
     )
 
-    @field_validator("presets", "grids", "rewards", "complex_readings")
-    @classmethod
-    def _distinct(cls, names: tuple[str, ...]) -> tuple[str, ...]:
-        if len(set(names)) < len(names):
-            raise ValueError("names must differ from each other")
-        return names
+    _distinct = field_validator("presets", "grids", "rewards", "complex_readings")(distinct)
 
     @model_validator(mode="after")
     def _only_what_the_study_leaves_open(self) -> Self:
-        for name, chosen in (("sarsa", self.sarsa), ("dual_memory", self.dual_memory)):
-            usual = type(chosen)()
-            for field in SET_BY_THE_STUDY & set(type(chosen).model_fields):
-                if getattr(chosen, field) != getattr(usual, field):
-                    raise ValueError(f"{name}.{field} is set by the study itself: leave it out")
+        check_left_open(sarsa=self.sarsa, dual_memory=self.dual_memory)
         return self
 
     @model_validator(mode="after")

@@ -8,12 +8,12 @@ from typing import Any
 import polars as pl
 
 from dmil.doctor import examine, read_case
-from dmil.errors import DmilError, unknown_name
+from dmil.errors import DmilError
 from dmil.reports.configuration import configuration_rows
 from dmil.reports.export import script_bundle
 from dmil.reports.figure import Figure, figure, slug
 from dmil.reports.files import csv
-from dmil.reports.html import environment, shared_values
+from dmil.reports.html import check_preset, environment, shared_values
 from dmil.reports.labels import contender_label, counted, network_label, simulator_label
 from dmil.reports.network_chart import network_chart
 from dmil.results import Results
@@ -49,26 +49,14 @@ class RescoReport:
 
     Parameters
     ----------
-    results
-        The study.
-    tables
-        Its tables, if they are there already.
-    preset
-        None, or its only one.
-
-    Raises
-    ------
-    InputError
-        No run succeeded.
-    UnknownNameError
-        The preset is another.
+    results, tables, preset
+        See `dmil.studies.registry.Report`; it has one preset only.
     """
 
     def __init__(
         self, results: Results, tables: RescoTables | None = None, preset: str | None = None
     ) -> None:
-        if preset not in (None, PRESET):
-            raise unknown_name("preset in this study", str(preset), [PRESET])
+        check_preset(preset, PRESET)
         self._results = results
         self._tables = tables or resco_tables(results)
         self._scenarios = self._tables.judged.scenarios

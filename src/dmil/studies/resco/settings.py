@@ -7,7 +7,7 @@ from typing import Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from dmil.controllers.tabular.settings import DualMemorySettings, SarsaSettings
-from dmil.experiments.checks import SET_BY_THE_STUDY
+from dmil.experiments.checks import SET_BY_THE_STUDY, check_left_open, distinct
 from dmil.scenarios.resco import PREFIX, RESCO
 
 NETWORKS = tuple(name.removeprefix(PREFIX) for name in RESCO)
@@ -60,20 +60,13 @@ class RescoStudySettings(BaseModel):
         description="Memory-based agent; classes and communication are the study's.",
     )
 
-    @field_validator("scenarios")
-    @classmethod
-    def _distinct(cls, names: tuple[str, ...]) -> tuple[str, ...]:
-        if len(set(names)) < len(names):
-            raise ValueError("names must differ from each other")
-        return names
+    _distinct = field_validator("scenarios")(distinct)
 
     @model_validator(mode="after")
     def _only_what_the_study_leaves_open(self) -> Self:
-        for name, chosen in (("sarsa", self.sarsa), ("dual_memory", self.dual_memory)):
-            usual = type(chosen)()
-            for field in SET_BY_THE_STUDY - {"epsilon_decay"} & set(type(chosen).model_fields):
-                if getattr(chosen, field) != getattr(usual, field):
-                    raise ValueError(f"{name}.{field} is set by the study itself: leave it out")
+        check_left_open(
+            SET_BY_THE_STUDY - {"epsilon_decay"}, sarsa=self.sarsa, dual_memory=self.dual_memory
+        )
         return self
 
     @property
