@@ -62,7 +62,8 @@ class CommandLine:
                 patch.setenv(name, value)
             with redirect_stdout(out), redirect_stderr(err), pytest.raises(SystemExit) as end:
                 app([str(each) for each in arguments], prog_name="dmil")
-            _forget_modules_of(Path.cwd(), known)
+            if cwd:
+                _forget_modules_of(Path.cwd(), known)
         printed = (each.buffer.getvalue().decode() for each in (out, err))
         return Done(end.value.code or 0, *printed).checked(code)
 
@@ -80,7 +81,7 @@ class CommandLine:
 
 
 def _forget_modules_of(folder, known):
-    """The next test may have another module of the same name."""
+    """Forget what was found in a test's folder: the next may have a module of the same name."""
     for name in set(sys.modules) - known:
         file = getattr(sys.modules[name], "__file__", None)
         if file and Path(file).is_relative_to(folder):

@@ -222,7 +222,7 @@ def test_a_study_with_a_failure_ends_with_1(dmil, tmp_path, monkeypatch):
     found = dmil.json("study", "paper", *arguments, "--out", tmp_path / "s", code=1)
     assert found["failed"] == 1
     assert len(found["cells"]) == 51
-    assert "1 runs failed, the first with: ValueError: broken" in dmil.err
+    assert "1 runs failed, the first (random) with: ValueError: broken" in dmil.err
 
 
 def fails_for_random(name, options=None, prior=None):
