@@ -123,8 +123,9 @@ class _GreedyController:
         self._guard = SharedLaneGuard(situation, enabled=self.settings.guard)
 
     def _best(self, weight_veh: npt.NDArray[Any], observation: Observation) -> IntArray:
-        owed_veh = self._guard.owed_veh(observation)
-        return self._choice.best(weight_veh + owed_veh, observation.phase)
+        if self._guard.needed:
+            weight_veh = weight_veh + self._guard.owed_veh(observation)
+        return self._choice.best(weight_veh, observation.phase)
 
 
 class LongestQueueFirstController(_GreedyController):
