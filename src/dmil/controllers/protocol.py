@@ -15,6 +15,7 @@ from dmil.scenarios import QueueDynamics, SignalTiming
 from dmil.simulation import Observation
 
 IntArray = npt.NDArray[np.int32]
+LongArray = npt.NDArray[np.int64]
 FloatArray = npt.NDArray[np.float64]
 Arrays = Mapping[str, npt.NDArray[np.generic]]
 

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from dmil.compilation import kernel
+from dmil.compilation import inlined_kernel, kernel
 from dmil.memory.admission import NO_CAP, Admission
 from dmil.memory.rows import ABSENT, find
 from dmil.memory.tables import (
     BestTable,
     IntArray,
+    LongArray,
     Scratch,
     ValueTable,
     best_tried,
@@ -74,7 +75,7 @@ class Found(NamedTuple):
     long_variant: int
 
 
-@kernel
+@inlined_kernel
 def find_both(
     memory: DualMemory, classes: Classes, owner: int, shape: int, key: IntArray, scratch: Scratch
 ) -> Found:
@@ -83,6 +84,56 @@ def find_both(
     short_row, short_variant = find(memory.short.rows, owner, scratch.variants, count)
     long_row, long_variant = find(memory.long.rows, owner, scratch.variants, count)
     return Found(short_row, short_variant, long_row, long_variant)
+
+
+@inlined_kernel
+def find_again(
+    memory: DualMemory,
+    classes: Classes,
+    owner: int,
+    shape: int,
+    key: IntArray,
+    earlier: LongArray,
+    scratch: Scratch,
+) -> Found:
+    """Return what `find_both` would: a memory whose keys are the same as then is not searched.
+
+    Parameters
+    ----------
+    earlier: (6,) int64
+        See `note_found`.
+    """
+    short_row, short_variant, long_row, long_variant = (
+        earlier[0],
+        earlier[1],
+        earlier[3],
+        earlier[4],
+    )
+    short, long = memory.short.rows, memory.long.rows
+    short_changed = earlier[2] != short.changes[owner]
+    long_changed = earlier[5] != long.changes[owner]
+    if short_changed or long_changed:
+        count = vary(classes, shape, key, scratch.variants)
+        if short_changed:
+            short_row, short_variant = find(short, owner, scratch.variants, count)
+        if long_changed:
+            long_row, long_variant = find(long, owner, scratch.variants, count)
+    return Found(int(short_row), int(short_variant), int(long_row), int(long_variant))
+
+
+@inlined_kernel
+def note_found(found: Found, short_changes: int, long_changes: int, noted: LongArray) -> None:
+    """Keep what was found for `find_again`.
+
+    Parameters
+    ----------
+    short_changes, long_changes
+        `Rows.changes` of both memories when it was looked up.
+    noted: (6,) int64
+        Row, variant and changes in short-term memory, then in long-term memory; filled in place.
+    """
+    noted[0], noted[1], noted[2] = found.short_row, found.short_variant, short_changes
+    noted[3], noted[4], noted[5] = found.long_row, found.long_variant, long_changes
 
 
 @kernel
@@ -94,7 +145,7 @@ def best_compared(memory: DualMemory, owner: int, row: int, count: int) -> int:
     return best_tried(memory.short, owner, row, count) if tried >= memory.least_tried else ABSENT
 
 
-@kernel
+@inlined_kernel
 def recall(memory: DualMemory, classes: Classes, owner: int, shape: int, found: Found) -> int:
     """Return the best action known for a key, −1 if its class is in neither memory.
 
@@ -129,7 +180,7 @@ def recall_nearest(
     return int(classes.phase_preimage[shape, variant, memory.long.action[owner, row]])
 
 
-@kernel
+@inlined_kernel
 def recalled_value(
     memory: DualMemory, classes: Classes, owner: int, shape: int, found: Found, action: int
 ) -> float:

@@ -1,9 +1,8 @@
 """Keyed rows: the one compiled table under every memory.
 
-A table holds, for each owner, rows that are found by a key (a vector of whole numbers). Without a
-tolerance a row is found by hashing. With one, every place and value of a key has a set of the rows
-that are within the tolerance there, one bit a row: the rows near a key are the intersection of one
-set per place, 64 rows at a time. A key may consist of parts that are looked up one after the other:
+A table holds, for each owner, rows found by a key (a vector of whole numbers), without a tolerance
+by hashing. With one, every place and value has a set of the rows within the tolerance there, one
+bit a row: the rows near a key are the intersection of one set per place, 64 rows at a time. A key may consist of parts that are looked up one after the other:
 a row is found if it is near in one of them. Rows are appended, given another key in their place, or
 emptied as a whole: the number of a row never changes.
 """
@@ -15,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dmil.compilation import kernel
+from dmil.compilation import inlined_kernel, kernel
 
 IntArray = npt.NDArray[np.int32]
 BitArray = npt.NDArray[np.uint64]
@@ -37,6 +36,8 @@ class Rows(NamedTuple):
     ----------
     size: (owners,) int32
         Rows in use.
+    changes: (owners,) int64
+        How often the keys of an owner have changed; until the next time a look-up finds the same.
     keys: (owners, capacity, places) int32
     slots: (owners, power of two) int32
         Hash table of row numbers (tolerance 0), else unused.
@@ -51,6 +52,7 @@ class Rows(NamedTuple):
     """
 
     size: IntArray
+    changes: npt.NDArray[np.int64]
     keys: IntArray
     slots: IntArray
     near: BitArray
@@ -62,9 +64,10 @@ class Rows(NamedTuple):
 def make_rows(owners: int, capacity: int, places: int, tolerance: int, parts: int = 1) -> Rows:
     """Return empty rows with room for ``capacity`` of them per owner (ours)."""
     slots = 1 if tolerance else 1 << max(1, (2 * capacity - 1).bit_length())
-    words = _words(capacity) if tolerance else 0
+    words = -(-capacity // WORD_BITS) if tolerance else 0
     return Rows(
         size=np.zeros(owners, np.int32),
+        changes=np.zeros(owners, np.int64),
         keys=np.zeros((owners, capacity, places), np.int32),
         slots=np.full((owners, slots), ABSENT, np.int32),
         near=np.zeros((owners, places, LEVELS, words), np.uint64),
@@ -72,10 +75,6 @@ def make_rows(owners: int, capacity: int, places: int, tolerance: int, parts: in
         tolerance=tolerance,
         parts=parts,
     )
-
-
-def _words(rows: int) -> int:
-    return -(-rows // WORD_BITS)
 
 
 def is_short_of_room(rows: Rows, more: int) -> bool:
@@ -94,9 +93,11 @@ def rows_of(rows: Rows, owners: npt.NDArray[np.integer], capacity: int) -> Rows:
     used = int(rows.size.max())
     copies = make_rows(owners.size, capacity, rows.keys.shape[2], rows.tolerance, rows.parts)
     copies.size[:] = rows.size[owners]
+    copies.changes[:] = rows.changes[owners]
     copies.keys[:, :used] = rows.keys[owners, :used]
     if rows.tolerance:
-        copies.near[..., : _words(used)] = rows.near[owners, :, :, : _words(used)]
+        words = -(-used // WORD_BITS)
+        copies.near[..., :words] = rows.near[owners, :, :, :words]
     else:
         _rehash(copies)
     return copies
@@ -186,6 +187,7 @@ def replace(rows: Rows, owner: int, row: int, key: IntArray) -> None:
 
 @kernel
 def _enter(rows: Rows, owner: int, row: int, key: IntArray) -> None:
+    rows.changes[owner] += 1
     for place in range(key.shape[0]):
         rows.keys[owner, row, place] = key[place]
     if rows.tolerance == 0:
@@ -198,6 +200,7 @@ def _enter(rows: Rows, owner: int, row: int, key: IntArray) -> None:
 def clear(rows: Rows, owner: int) -> None:
     """Remove every row of an owner."""
     rows.size[owner] = 0
+    rows.changes[owner] += 1
     rows.slots[owner, :] = ABSENT
     rows.near[owner, :, :, :] = 0
 
@@ -206,6 +209,7 @@ def clear(rows: Rows, owner: int) -> None:
 def copy_rows(rows: Rows, source: int, goal: int) -> None:
     """Make the rows of one owner equal to those of another."""
     rows.size[goal] = rows.size[source]
+    rows.changes[goal] += 1
     for row in range(rows.size[source]):
         for place in range(rows.keys.shape[2]):
             rows.keys[goal, row, place] = rows.keys[source, row, place]
@@ -233,22 +237,17 @@ def _hash(key: IntArray) -> int:
     return int((mixed ^ (mixed >> np.uint64(32))) >> np.uint64(1))
 
 
-@kernel
-def _same(first: IntArray, second: IntArray) -> bool:
-    place = 0
-    while place < first.shape[0] and first[place] == second[place]:
-        place += 1
-    return bool(place == first.shape[0])
-
-
-@kernel
+@inlined_kernel
 def _find_exact(rows: Rows, owner: int, key: IntArray) -> int:
     slots = rows.slots[owner]
     mask = slots.shape[0] - 1
     place = _hash(key) & mask
     while slots[place] != ABSENT:
-        if _same(rows.keys[owner, slots[place]], key):
-            return int(slots[place])
+        row, same = slots[place], 0
+        while same < key.shape[0] and rows.keys[owner, row, same] == key[same]:
+            same += 1
+        if same == key.shape[0]:
+            return int(row)
         place = (place + 1) & mask
     return ABSENT
 
@@ -291,21 +290,22 @@ def _rehash(rows: Rows) -> None:
             _hash_in(rows, owner, row)
 
 
-@kernel
+@inlined_kernel
 def _find_near(rows: Rows, owner: int, key: IntArray, first: int, length: int) -> tuple[int, int]:
     """Return the row nearest to one part of a key, the oldest of equals; its distance."""
     near, matches = rows.near[owner], rows.matches
     words = (rows.size[owner] + WORD_BITS - 1) // WORD_BITS
     best_row, best_distance = ABSENT, 0
+    for word in range(words):
+        matches[word] = ~np.uint64(0)
     for place in range(first, first + length):
-        rows_near = near[place, key[place] & (LEVELS - 1)]
+        rows_near, left = near[place, key[place] & (LEVELS - 1)], np.uint64(0)
         # One plain loop over the words per place, so that the compiler does several at once.
-        if place == first:
-            for word in range(words):
-                matches[word] = rows_near[word]
-        else:
-            for word in range(words):
-                matches[word] &= rows_near[word]
+        for word in range(words):
+            matches[word] &= rows_near[word]
+            left |= matches[word]
+        if left == 0:
+            return ABSENT, 0
     for word in range(words):
         left, row = matches[word], word * WORD_BITS
         while left != 0:
@@ -319,7 +319,7 @@ def _find_near(rows: Rows, owner: int, key: IntArray, first: int, length: int) -
     return best_row, best_distance
 
 
-@kernel
+@inlined_kernel
 def _distance(rows: Rows, owner: int, row: int, key: IntArray, first: int, length: int) -> int:
     """Return how far a row's key is away by L1, `ABSENT` if beyond the tolerance somewhere."""
     distance = 0

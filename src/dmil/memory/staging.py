@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dmil.compilation import kernel
+from dmil.compilation import inlined_kernel, kernel
 from dmil.memory.admission import Admission, admit, mark_of, record
 from dmil.memory.dual import DualMemory, Found, best_compared, significantly_better
 from dmil.memory.rows import ABSENT, append
@@ -19,7 +19,7 @@ from dmil.memory.tables import (
 from dmil.symmetry import Classes
 
 
-@kernel
+@inlined_kernel
 def remember(
     memory: DualMemory,
     classes: Classes,
@@ -74,7 +74,7 @@ def take_in(
         stage_when_due(memory, classes, owner, shape, scratch)
 
 
-@kernel
+@inlined_kernel
 def stage_when_due(
     memory: DualMemory, classes: Classes, owner: int, shape: int, scratch: Scratch
 ) -> None:

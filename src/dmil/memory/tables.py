@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from dmil.compilation import kernel
+from dmil.compilation import inlined_kernel, kernel
 from dmil.memory.rows import (
     ABSENT,
     Rows,
@@ -24,6 +24,7 @@ from dmil.memory.rows import (
 from dmil.symmetry import Classes, vary
 
 IntArray = npt.NDArray[np.int32]
+LongArray = npt.NDArray[np.int64]
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 Scalar = TypeVar("Scalar", bound=np.generic)
@@ -212,7 +213,7 @@ def write(
     write_found(table, classes, owner, shape, key, row, variant, action, value)
 
 
-@kernel
+@inlined_kernel
 def write_found(
     table: ValueTable,
     classes: Classes,

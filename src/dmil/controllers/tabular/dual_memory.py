@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from dmil.compilation import kernel
+import numpy as np
+
+from dmil.compilation import TypedOnce, kernel
 from dmil.controllers.parameters import parameters_of
-from dmil.controllers.protocol import Arrays, IntArray, MemoryUse
+from dmil.controllers.protocol import Arrays, IntArray, LongArray, MemoryUse, Situation
 from dmil.controllers.tabular.agents import Agents, classes_of
 from dmil.controllers.tabular.choice import explores, uniform_action, unseen_action
 from dmil.controllers.tabular.learner import FIRST_CAPACITY, Step, TabularLearner
@@ -26,6 +28,7 @@ from dmil.memory import (
     best_table_with_room,
     bests_of,
     bytes_used,
+    find_again,
     find_both,
     give_best,
     give_short,
@@ -38,6 +41,7 @@ from dmil.memory import (
     merged_best,
     merged_values,
     message_bytes,
+    note_found,
     pack,
     pack_admission,
     recall,
@@ -78,12 +82,18 @@ class DualMemoryController(TabularLearner):
     ) -> None:
         super().__init__(settings or DualMemorySettings(), prior)
         self._memory: DualMemory | None = None
+        self._decide = TypedOnce(decide_dual_memory)
 
     @property
     def memory(self) -> DualMemory:
         """The memories of all agents."""
         assert self._memory is not None, "begin comes before anything else"
         return self._memory
+
+    def begin(self, situation: Situation) -> None:
+        """Get ready for a run; see `TabularLearner.begin`."""
+        super().begin(situation)
+        self._forget_found()
 
     def memory_use(self) -> MemoryUse:
         """Return how much is remembered now: 3·m_L + |A|·m_s per agent (paper, §V)."""
@@ -141,6 +151,11 @@ class DualMemoryController(TabularLearner):
         short = value_table_with_room(short, self.settings.short_capacity)
         self._memory, self._common = self._with_rules(short, long, admission), common
         self._answers.clear()
+        self._forget_found()
+
+    def _forget_found(self) -> None:
+        # Row, variant and changes in both memories; no memory has changed −1 times.
+        self._found = np.full((self._phase_count.size, 6), -1, np.int64)
 
     def _start(self, network: RoadNetwork, agents: Agents) -> None:
         settings = self.settings
@@ -177,7 +192,7 @@ class DualMemoryController(TabularLearner):
     def _take(self, step: Step) -> None:
         # One decision stages at most all that an agent's short-term memory can hold.
         self._make_room_to_stage(self.memory.short.value.shape[1])
-        decide_dual_memory(self._classes, self.memory, step, self._scratch)
+        self._decide(self._classes, self.memory, step, self._found, self._scratch)
         if self.settings.long_capacity:
             # What one agent has replaced is common no more.
             for shape in range(len(self.agents.members)):
@@ -298,7 +313,9 @@ def starting_bests(
 
 
 @kernel
-def decide_dual_memory(classes: Classes, memory: DualMemory, step: Step, scratch: Scratch) -> None:
+def decide_dual_memory(
+    classes: Classes, memory: DualMemory, step: Step, found_before: LongArray, scratch: Scratch
+) -> None:
     """Choose the next actions of all agents and remember Q of the last ones (Algorithm 3).
 
     Parameters
@@ -307,15 +324,19 @@ def decide_dual_memory(classes: Classes, memory: DualMemory, step: Step, scratch
         Equivalence classes, and the memories of all agents.
     step
         See `Step`.
+    found_before: (agents, 6) int64
+        Where ``key_before`` was found, then where ``key`` was; see `dmil.memory.note_found`.
     scratch
         Working space.
     """
+    short_changes, long_changes = memory.short.rows.changes, memory.long.rows.changes
     for agent in range(step.state.shape[0]):
         shape = classes.shape[agent]
         key, key_before = step.key[agent], step.key_before[agent]
         draws = step.draws[agent]
         embed(classes, step.state[agent], key)
         found = find_both(memory, classes, agent, shape, key, scratch)
+        found_with = short_changes[agent], long_changes[agent]
         step.found_in[(found.short_row != ABSENT) + 2 * (found.long_row != ABSENT)] += 1
         count = classes.phase_count[shape]
         if explores(draws, step.epsilon):
@@ -328,15 +349,17 @@ def decide_dual_memory(classes: Classes, memory: DualMemory, step: Step, scratch
                 action = unseen_action(step.fallback[agent], draws[1], count)
         step.action[agent] = action
         if not step.learns:
+            note_found(found, found_with[0], found_with[1], found_before[agent])
             continue
         following = recalled_value(memory, classes, agent, shape, found, action)
         last = step.action_before[agent]
-        found = find_both(memory, classes, agent, shape, key_before, scratch)
-        before = recalled_value(memory, classes, agent, shape, found, last)
+        again = find_again(memory, classes, agent, shape, key_before, found_before[agent], scratch)
+        note_found(found, found_with[0], found_with[1], found_before[agent])
+        before = recalled_value(memory, classes, agent, shape, again, last)
         error = step.reward[agent] + step.discount * following - before
         value = before + step.learning_rate * error
-        remember(memory, classes, agent, shape, key_before, found, last, value, scratch)
-        step.news[agent, ROWS] += found.short_row == ABSENT
+        remember(memory, classes, agent, shape, key_before, again, last, value, scratch)
+        step.news[agent, ROWS] += again.short_row == ABSENT
         step.news[agent, CHANGE] += abs(value - before)
         # Staging is what empties short-term memory.
         step.news[agent, STAGED] += memory.short.rows.size[agent] == 0

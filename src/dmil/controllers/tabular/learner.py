@@ -131,6 +131,7 @@ class TabularLearner(ABC):
         count, places = len(network.intersections), self._classes.orientation_image.shape[2]
         self._key, self._key_before = np.zeros((2, count, places), np.int32)
         self._action = np.zeros(count, np.int32)
+        self._unknown = np.full(count, ABSENT, np.int32)
         self._news = np.zeros((count, NEWS))
         if is_new:
             check_prior(self._prior, self._classes, network)
@@ -141,13 +142,14 @@ class TabularLearner(ABC):
         settings, count = self.settings, self._action.size
         if self._answers:
             self._receive(observation.time_s)
+        # Arrays as the compiled kernel reads them, whatever simulator and reward are.
         step = Step(
-            state=self._state(observation),
+            state=np.ascontiguousarray(self._state(observation), np.int32),
             key_before=self._key,
             key=self._key_before,
             action_before=self._action,
             action=np.empty_like(self._action),
-            reward=np.zeros(count) if reward is None else reward,
+            reward=np.zeros(count) if reward is None else np.ascontiguousarray(reward, np.float64),
             draws=self._rng.random((count, DRAWS)),
             fallback=self._fallback(observation),
             asks_nearest=settings.unseen == "nearest",
@@ -186,7 +188,7 @@ class TabularLearner(ABC):
         for shape, members in enumerate(self.agents.members):
             if shape in self._answers:
                 continue
-            if not self._meetings.due(shape, time_s, self._news[members]):
+            if not self._meetings.due(shape, time_s, self._news, members):
                 continue
             self._news[members] = 0.0
             heard, reached = post.arrived(members)
@@ -216,7 +218,7 @@ class TabularLearner(ABC):
 
     def _fallback(self, observation: Observation) -> IntArray:
         if self._longest_queue is None:
-            return np.full(self._action.size, ABSENT, np.int32)
+            return self._unknown
         return self._longest_queue.best(observation.queue_veh, observation.phase)
 
     @property

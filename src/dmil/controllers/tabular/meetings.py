@@ -56,7 +56,7 @@ class Meetings:
         self._share = settings.trigger_share if isinstance(settings, DualMemorySettings) else 1.0
         self._held = np.zeros(shapes, np.int64)
 
-    def due(self, shape: int, time_s: int, news: FloatArray) -> bool:
+    def due(self, shape: int, time_s: int, news: FloatArray, members: IntArray) -> bool:
         """Tell whether the agents of a shape meet at this decision; true once per period.
 
         Parameters
@@ -65,16 +65,18 @@ class Meetings:
             Which shape.
         time_s
             Time of the decision.
-        news: (members, 3) float64
-            What its agents have stored since they last met; see `ROWS` and its neighbours.
+        news: (agents, 3) float64
+            What agents have stored since they last met; see `ROWS` and its neighbours.
+        members: (members,) int
+            The agents of the shape.
         """
         settings = self._settings
         if settings.trigger == "entries":
-            return bool(news[:, ROWS].mean() >= settings.trigger_entries)
+            return bool(news[members, ROWS].mean() >= settings.trigger_entries)
         if settings.trigger == "values":
-            return bool(news[:, CHANGE].mean() >= settings.trigger_change)
+            return bool(news[members, CHANGE].mean() >= settings.trigger_change)
         if settings.trigger == "staging":
-            return bool((news[:, STAGED] > 0).mean() >= self._share)
+            return bool((news[members, STAGED] > 0).mean() >= self._share)
         periods = time_s // settings.communication_period_s
         is_due = bool(periods > self._held[shape])
         self._held[shape] = periods

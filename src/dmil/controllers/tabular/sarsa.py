@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from dmil.compilation import kernel
+from dmil.compilation import TypedOnce, kernel
 from dmil.controllers.protocol import Arrays, IntArray, MemoryUse, Situation
 from dmil.controllers.tabular.agents import Agents, classes_of
 from dmil.controllers.tabular.choice import explores, greedy_action, uniform_action, unseen_action
@@ -62,6 +62,7 @@ class SarsaController(TabularLearner):
     ) -> None:
         super().__init__(settings or SarsaSettings(), prior)
         self._table: ValueTable | None = None
+        self._decide = TypedOnce(decide_sarsa)
 
     @property
     def table(self) -> ValueTable:
@@ -130,7 +131,7 @@ class SarsaController(TabularLearner):
         # One decision appends at most one row per agent, all of them to one table if it is shared.
         agents = self.agents.shape.size
         self._table = value_table_with_room(self.table, agents if self.settings.shared else 1)
-        decide_sarsa(self._classes, self._table, self._owner, step, self._scratch)
+        self._decide(self._classes, self._table, self._owner, step, self._scratch)
 
     @property
     def _communicates(self) -> bool:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from dmil.compilation import TypedOnce
 from dmil.demand import Vehicles
 from dmil.errors import InputError
 from dmil.network import RoadNetwork
@@ -50,6 +51,7 @@ class QueueSimulator:
         self._trips: Trips
         self._free_leg_s: npt.NDArray[np.int32]
         self._state: State | None = None
+        self._advance: TypedOnce
         self._interval_s = 0
 
     @property
@@ -99,6 +101,7 @@ class QueueSimulator:
                 free_flow = replace(self._scenario, link_time_s=self._scenario.link_free_s)
                 self._free_leg_s = build_trips(free_flow, self._layout, vehicles).leg_s
             self._vehicles = vehicles
+            self._advance = TypedOnce(kernel.advance)
         self._state = initial_state(self._layout, self._trips, self.horizon_s)
         self._interval_s = 0
         return self._observe()
@@ -124,7 +127,7 @@ class QueueSimulator:
                 mend="call reset",
             )
         steps = min(self.decision_interval_s, left_s)
-        kernel.advance(
+        self._advance(
             self._layout, self._trips, self.state, self._checked(phases), steps, self._rules
         )
         self._interval_s = steps

@@ -169,7 +169,7 @@ def test_triggers_by_hand():
     news[:, ROWS], news[:, CHANGE], news[:, STAGED] = (2, 0, 1, 1), (0.5, 0, 0, 0.25), (0, 2, 0, 0)
 
     def due(**options):
-        return Meetings(DualMemorySettings(**options), 1).due(0, 0, news)
+        return Meetings(DualMemorySettings(**options), 1).due(0, 0, news, np.arange(len(news)))
 
     assert due(trigger="entries", trigger_entries=1.0)
     assert not due(trigger="entries", trigger_entries=1.01)
@@ -179,7 +179,9 @@ def test_triggers_by_hand():
     assert not due(trigger="staging", trigger_share=0.26)
     assert not due(trigger="period")
     sarsa = Meetings(SarsaSettings(trigger="entries"), 1)
-    assert sarsa.due(0, 0, news) and not sarsa.due(0, 0, 0 * news)
+    assert sarsa.due(0, 0, news, np.arange(len(news))) and not sarsa.due(
+        0, 0, 0 * news, np.arange(len(news))
+    )
 
 
 @pytest.mark.parametrize("trigger", ["entries", "values", "staging"])

@@ -275,8 +275,8 @@ def test_choices_from_draws():
 
 def test_agents_meet_once_per_period():
     def times(interval_s, **options):
-        meetings = Meetings(LearnerSettings(**options), 1)
-        return [t for t in range(0, 500, interval_s) if meetings.due(0, t, np.zeros((2, NEWS)))]
+        meetings, news = Meetings(LearnerSettings(**options), 1), np.zeros((2, NEWS))
+        return [t for t in range(0, 500, interval_s) if meetings.due(0, t, news, np.arange(2))]
 
     assert times(10) == [100, 200, 300, 400]
     assert times(10, communication_period_s=5) == list(range(10, 500, 10))
