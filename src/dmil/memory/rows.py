@@ -2,9 +2,9 @@
 
 A table holds, for each owner, rows found by a key (a vector of whole numbers), without a tolerance
 by hashing. With one, every place and value has a set of the rows within the tolerance there, one
-bit a row: the rows near a key are the intersection of one set per place, 64 rows at a time. A key may consist of parts that are looked up one after the other:
-a row is found if it is near in one of them. Rows are appended, given another key in their place, or
-emptied as a whole: the number of a row never changes.
+bit a row: the rows near a key are the intersection of one set per place, 64 rows at a time. A key
+may consist of parts that are looked up one after the other: a row is found if it is near in one of
+them. Rows are appended, given another key, or emptied as a whole: their numbers never change.
 """
 
 from __future__ import annotations

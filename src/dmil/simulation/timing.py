@@ -184,9 +184,12 @@ def checked_phases(
             where=where,
             expected=f"one whole number for each of the {counts.size} intersections",
         )
-    wrong = (phases < lowest) | (phases >= counts)
-    if wrong.any():
-        i = int(wrong.argmax())
+    checked: IntArray = np.ascontiguousarray(phases, np.int32)
+    if checked is phases or (checked == phases).all():
+        i = _first_wrong(checked, lowest, counts)
+    else:
+        i = int((checked != phases).argmax())
+    if i < counts.size:
         item = network.intersections[i]
         raise InputError(
             f"the controller chose phase {phases[i]}",
@@ -197,7 +200,16 @@ def checked_phases(
             if phases[i] == ACTUATED and item.program
             else None,
         )
-    return np.ascontiguousarray(phases, np.int32)
+    return checked
+
+
+@kernel
+def _first_wrong(phases: IntArray, lowest: IntArray, counts: IntArray) -> int:
+    """Return the first intersection whose phase does not exist; their number if there is none."""
+    i = 0
+    while i < phases.shape[0] and lowest[i] <= phases[i] < counts[i]:
+        i += 1
+    return i
 
 
 @kernel

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dmil.compilation import kernel
-from dmil.simulation.queue.state import NOBODY, TIME, Layout, State, Trips
+from dmil.simulation.queue.state import NOBODY, TIME, FloatArray, IntArray, Layout, State, Trips
 
 
 @kernel
@@ -66,3 +66,31 @@ def count_standing(layout: Layout, trips: Trips, state: State, startup_lost_s: i
             standing_veh[i, j] -= 1
             moving_veh -= 1
             vehicle = state.behind[vehicle]
+
+
+@kernel
+def observe(
+    state: State, interval_s: int, counts: IntArray, shown: IntArray, waiting_veh: FloatArray
+) -> None:
+    """Write what controllers see; they see no queues without signals.
+
+    Parameters
+    ----------
+    state
+    interval_s: int
+        Length of the interval that ended now, in s.
+    counts: (2, intersections, orientations) int32
+        Filled in place: vehicles queued and approaching.
+    shown: (2, intersections) int32
+        Filled in place: phases shown, and for how long.
+    waiting_veh: (intersections, orientations) float64
+        Filled in place.
+    """
+    time_s = state.counters[TIME]
+    for i in range(state.phase.shape[0]):
+        shown[0, i] = state.phase[i]
+        shown[1, i] = max(time_s - state.green_from_s[i], 0)
+        for j in range(waiting_veh.shape[1]):
+            counts[0, i, j] = state.standing_veh[i, j]
+            counts[1, i, j] = state.approaching_veh[i, j]
+            waiting_veh[i, j] = state.waiting_steps[i, j] / max(interval_s, 1)

@@ -15,6 +15,7 @@ from dmil.scenarios import Scenario
 from dmil.simulation.measures import Measures
 from dmil.simulation.protocol import Observation
 from dmil.simulation.queue import kernel
+from dmil.simulation.queue.counts import observe
 from dmil.simulation.queue.layout import build_layout, build_trips
 from dmil.simulation.queue.state import (
     ARRIVED,
@@ -52,6 +53,7 @@ class QueueSimulator:
         self._free_leg_s: npt.NDArray[np.int32]
         self._state: State | None = None
         self._advance: TypedOnce
+        self._write_seen: TypedOnce
         self._interval_s = 0
 
     @property
@@ -101,7 +103,7 @@ class QueueSimulator:
                 free_flow = replace(self._scenario, link_time_s=self._scenario.link_free_s)
                 self._free_leg_s = build_trips(free_flow, self._layout, vehicles).leg_s
             self._vehicles = vehicles
-            self._advance = TypedOnce(kernel.advance)
+            self._advance, self._write_seen = TypedOnce(kernel.advance), TypedOnce(observe)
         self._state = initial_state(self._layout, self._trips, self.horizon_s)
         self._interval_s = 0
         return self._observe()
@@ -181,16 +183,18 @@ class QueueSimulator:
         return float((slow_s[crossed] - slow_s[first]).sum())
 
     def _observe(self) -> Observation:
-        state = self.state
-        time_s = int(state.counters[TIME])
-        signalled = state.phase.size  # controllers see no queues without signals
+        intersections, _, width = self._layout.signals.served.shape
+        counts = np.empty((2, intersections, width), np.int32)
+        shown = np.empty((2, intersections), np.int32)
+        waiting_veh = np.empty((intersections, width))
+        self._write_seen(self.state, self._interval_s, counts, shown, waiting_veh)
         return Observation(
-            queue_veh=state.standing_veh[:signalled].copy(),
-            approaching_veh=state.approaching_veh[:signalled].copy(),
-            phase=state.phase.copy(),
-            phase_elapsed_s=np.maximum(time_s - state.green_from_s, 0),
-            time_s=time_s,
-            waiting_veh=state.waiting_steps[:signalled] / max(self._interval_s, 1),
+            queue_veh=counts[0],
+            approaching_veh=counts[1],
+            phase=shown[0],
+            phase_elapsed_s=shown[1],
+            time_s=int(self.state.counters[TIME]),
+            waiting_veh=waiting_veh,
         )
 
     def _checked(self, phases: npt.NDArray[np.integer]) -> npt.NDArray[np.int32]:
