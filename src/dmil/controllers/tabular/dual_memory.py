@@ -6,30 +6,25 @@ from functools import lru_cache
 
 import numpy as np
 
-from dmil.compilation import TypedOnce, kernel
+from dmil.compilation import TypedOnce
 from dmil.controllers.parameters import parameters_of
-from dmil.controllers.protocol import Arrays, IntArray, LongArray, MemoryUse, Situation
+from dmil.controllers.protocol import Arrays, IntArray, MemoryUse, Situation
 from dmil.controllers.tabular.agents import Agents, classes_of
-from dmil.controllers.tabular.choice import explores, uniform_action, unseen_action
+from dmil.controllers.tabular.dual_memory_choice import decide_dual_memory
 from dmil.controllers.tabular.learner import FIRST_CAPACITY, Step, TabularLearner
-from dmil.controllers.tabular.meetings import CHANGE, ROWS, STAGED
 from dmil.controllers.tabular.prior import Prior
 from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.memory import (
-    ABSENT,
     Admission,
     BestTable,
     DualMemory,
     Merged,
-    Scratch,
     ValueTable,
     admission_of,
     average_best,
     best_table_with_room,
     bests_of,
     bytes_used,
-    find_again,
-    find_both,
     give_best,
     give_short,
     import_best,
@@ -41,14 +36,9 @@ from dmil.memory import (
     merged_best,
     merged_values,
     message_bytes,
-    note_found,
     pack,
     pack_admission,
-    recall,
-    recall_nearest,
-    recalled_value,
     remark,
-    remember,
     rows_in_common,
     unpack_admission,
     unpack_bests,
@@ -56,7 +46,7 @@ from dmil.memory import (
     value_table_with_room,
 )
 from dmil.network import RoadNetwork
-from dmil.symmetry import Classes, Embedding, embed
+from dmil.symmetry import Embedding
 
 
 class DualMemoryController(TabularLearner):
@@ -310,56 +300,3 @@ def starting_bests(
             prior.table, table, classes, shape, staged_ratio, significance, scratch, admission
         )
     return table, admission
-
-
-@kernel
-def decide_dual_memory(
-    classes: Classes, memory: DualMemory, step: Step, found_before: LongArray, scratch: Scratch
-) -> None:
-    """Choose the next actions of all agents and remember Q of the last ones (Algorithm 3).
-
-    Parameters
-    ----------
-    classes, memory
-        Equivalence classes, and the memories of all agents.
-    step
-        See `Step`.
-    found_before: (agents, 6) int64
-        Where ``key_before`` was found, then where ``key`` was; see `dmil.memory.note_found`.
-    scratch
-        Working space.
-    """
-    short_changes, long_changes = memory.short.rows.changes, memory.long.rows.changes
-    for agent in range(step.state.shape[0]):
-        shape = classes.shape[agent]
-        key, key_before = step.key[agent], step.key_before[agent]
-        draws = step.draws[agent]
-        embed(classes, step.state[agent], key)
-        found = find_both(memory, classes, agent, shape, key, scratch)
-        found_with = short_changes[agent], long_changes[agent]
-        step.found_in[(found.short_row != ABSENT) + 2 * (found.long_row != ABSENT)] += 1
-        count = classes.phase_count[shape]
-        if explores(draws, step.epsilon):
-            action = uniform_action(draws[1], count)
-        else:
-            action = recall(memory, classes, agent, shape, found)
-            if action == ABSENT and step.asks_nearest:
-                action = recall_nearest(memory, classes, agent, shape, key, scratch)
-            if action == ABSENT:
-                action = unseen_action(step.fallback[agent], draws[1], count)
-        step.action[agent] = action
-        if not step.learns:
-            note_found(found, found_with[0], found_with[1], found_before[agent])
-            continue
-        following = recalled_value(memory, classes, agent, shape, found, action)
-        last = step.action_before[agent]
-        again = find_again(memory, classes, agent, shape, key_before, found_before[agent], scratch)
-        note_found(found, found_with[0], found_with[1], found_before[agent])
-        before = recalled_value(memory, classes, agent, shape, again, last)
-        error = step.reward[agent] + step.discount * following - before
-        value = before + step.learning_rate * error
-        remember(memory, classes, agent, shape, key_before, again, last, value, scratch)
-        step.news[agent, ROWS] += again.short_row == ABSENT
-        step.news[agent, CHANGE] += abs(value - before)
-        # Staging is what empties short-term memory.
-        step.news[agent, STAGED] += memory.short.rows.size[agent] == 0
