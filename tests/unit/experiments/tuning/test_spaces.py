@@ -4,7 +4,7 @@ import pytest
 from pydantic import BaseModel, Field
 
 from dmil.controllers import CONTROLLERS, make_settings
-from dmil.controllers.registry import Entry
+from dmil.controllers.entry import Entry
 from dmil.experiments.tuning.spaces import (
     NOT_TUNED,
     OWN_RANGES,
