@@ -3,72 +3,49 @@
 from __future__ import annotations
 
 from dmil.controllers.deep import on_demand
-from dmil.controllers.deep.settings import (
-    DqnSettings,
-    HindsightSettings,
-    NecSettings,
-    PrioritisedSettings,
-    VdnSettings,
-)
+from dmil.controllers.deep import settings as deep
 from dmil.controllers.entry import Entry, Range
-from dmil.controllers.episodic.mfec import MfecController, MfecSettings
-from dmil.controllers.episodic.plmp import PlmpController, PlmpSettings
-from dmil.controllers.lanes.factored import FactoredController, FactoredSettings
-from dmil.controllers.lanes.lookahead import LookaheadController, LookaheadSettings
-from dmil.controllers.planner.foresight import ForesightController, ForesightSettings
-from dmil.controllers.rules.baselines import (
-    ActuatedController,
-    FixedCycleController,
-    LongestQueueFirstController,
-    MaxPressureController,
-    ProgramController,
-    RandomController,
-)
-from dmil.controllers.rules.gap_out import GapOutController, GapOutSettings
-from dmil.controllers.rules.settings import (
-    FixedCycleSettings,
-    LongestQueueFirstSettings,
-    MaxPressureSettings,
-)
-from dmil.controllers.rules.sotl import SotlController, SotlSettings
-from dmil.controllers.rules.webster import WebsterController, WebsterSettings
-from dmil.controllers.tabular.dual_memory import DualMemoryController
-from dmil.controllers.tabular.sarsa import SarsaController
-from dmil.controllers.tabular.settings import DualMemorySettings, SarsaSettings
+from dmil.controllers.episodic import mfec, plmp
+from dmil.controllers.lanes import factored, lookahead
+from dmil.controllers.planner import foresight
+from dmil.controllers.rules import baselines, gap_out, sotl, webster
+from dmil.controllers.rules import settings as rules
+from dmil.controllers.tabular import dual_memory, sarsa
+from dmil.controllers.tabular import settings as tabular
 
 _ADAM = Range(1e-4, 1e-2, log=True)
 
 CONTROLLERS: dict[str, Entry] = {
     "random": Entry(
-        RandomController, None, "uniformly random phases", own_colour="#b5b5b5", dash=(2, 2)
+        baselines.RandomController, None, "uniformly random phases", colour="#b5b5b5", dash=(2, 2)
     ),
     "fixed-cycle": Entry(
-        FixedCycleController,
-        FixedCycleSettings,
+        baselines.FixedCycleController,
+        rules.FixedCycleSettings,
         "the same phases in the same order",
         label="fixed cycle",
-        own_colour="#b5b5b5",
+        colour="#b5b5b5",
     ),
     "webster": Entry(
-        WebsterController,
-        WebsterSettings,
+        webster.WebsterController,
+        webster.WebsterSettings,
         "fixed cycle and splits from the run's mean flows (Webster 1958)",
         label="Webster",
         dash=(5, 3),
         ranges={"min_cycle_s": Range(0, 60), "max_cycle_s": Range(60, 180)},
     ),
     "program": Entry(
-        ProgramController,
+        baselines.ProgramController,
         None,
         "the network's own signal program",
         label="own program",
         short="program",
-        own_colour="#222222",
+        colour="#222222",
         dash=(8, 2, 2, 2),
         shows_plan=True,
     ),
     "actuated": Entry(
-        ActuatedController,
+        baselines.ActuatedController,
         None,
         "SUMO's actuated control of that program; in SUMO only",
         dash=(8, 2, 2, 2),
@@ -76,8 +53,8 @@ CONTROLLERS: dict[str, Entry] = {
         sumo_only=True,
     ),
     "gap-out": Entry(
-        GapOutController,
-        GapOutSettings,
+        gap_out.GapOutController,
+        gap_out.GapOutSettings,
         "actuated control: green while vehicles come",
         ranges={
             "min_green_s": Range(0, 20, whole=True),
@@ -86,8 +63,8 @@ CONTROLLERS: dict[str, Entry] = {
         },
     ),
     "sotl": Entry(
-        SotlController,
-        SotlSettings,
+        sotl.SotlController,
+        sotl.SotlSettings,
         "self-organising traffic lights (Gershenson 2005)",
         label="SOTL",
         dash=(2, 2),
@@ -98,32 +75,34 @@ CONTROLLERS: dict[str, Entry] = {
         },
     ),
     "longest-queue-first": Entry(
-        LongestQueueFirstController,
-        LongestQueueFirstSettings,
+        baselines.LongestQueueFirstController,
+        rules.LongestQueueFirstSettings,
         "the phase with the most vehicles queued",
         label="longest queue first",
         short="longest queue",
-        own_colour="#6b6b6b",
+        colour="#6b6b6b",
         shades={"approaching": "#222222"},
     ),
     "max-pressure": Entry(
-        MaxPressureController,
-        MaxPressureSettings,
+        baselines.MaxPressureController,
+        rules.MaxPressureSettings,
         "the phase with the highest pressure (Varaiya 2013)",
-        own_colour="#7a7a7a",
+        colour="#7a7a7a",
         dash=(5, 3),
     ),
     "foresight": Entry(
-        ForesightController,
-        ForesightSettings,
+        foresight.ForesightController,
+        foresight.ForesightSettings,
         "plans one intersection, all arrivals known: a limit, no rival",
         label="foresight (planner)",
+        colour="#222222",
         oracle=True,
     ),
     "factored": Entry(
-        FactoredController,
-        FactoredSettings,
+        factored.FactoredController,
+        factored.FactoredSettings,
         "factored dual memory: one small table of lanes, neighbours announce their phases",
+        colour="#D55E00",
         ranges={
             "rate_step": Range(0.005, 0.2, log=True),
             "trust": Range(0.005, 0.5, log=True),
@@ -135,86 +114,89 @@ CONTROLLERS: dict[str, Entry] = {
         online=True,
     ),
     "lookahead": Entry(
-        LookaheadController,
-        LookaheadSettings,
+        lookahead.LookaheadController,
+        lookahead.LookaheadSettings,
         "model memory: a learned model of lanes, two decisions ahead",
-        own_colour="#EE3377",
+        colour="#EE3377",
         dash=(5, 3),
         learns=True,
         online=True,
     ),
     "sarsa": Entry(
-        SarsaController,
-        SarsaSettings,
+        sarsa.SarsaController,
+        tabular.SarsaSettings,
         "the paper's non-memory agent, for any embedding",
         label="SARSA",
-        shades={"simple": "#B3701A", "complex": "#8A6D3B"},
+        colour="#E69F00",
+        shades={"simple": "#B3701A", "complex": "#8A6D3B", "complex-scaled": "#8A6D3B"},
         learns=True,
         from_prior=True,
     ),
     "dual-memory": Entry(
-        DualMemoryController,
-        DualMemorySettings,
+        dual_memory.DualMemoryController,
+        tabular.DualMemorySettings,
         "the paper's memory-based agent",
         label="Dual memory",
         short="dual memory",
-        own_colour="#0072B2",
+        colour="#0072B2",
         shades={"simple": "#56B4E9", "cells": "#1F3B73"},
         ranges={"least_tried": Range(1, 8, log=True, whole=True)},
         learns=True,
         from_prior=True,
     ),
     "mfec": Entry(
-        MfecController,
-        MfecSettings,
+        mfec.MfecController,
+        mfec.MfecSettings,
         "model-free episodic control (Blundell 2016)",
         label="MFEC",
+        colour="#009E73",
         learns=True,
     ),
     "nec": Entry(
         on_demand("nec", "NecController"),
-        NecSettings,
+        deep.NecSettings,
         "neural episodic control: a learned embedding over returns (Pritzel 2017)",
         label="NEC",
-        own_colour="#00684C",
+        colour="#00684C",
         dash=(5, 3),
         ranges={"learning_rate": _ADAM, "value_rate": Range(0.01, 1.0, log=True)},
         learns=True,
     ),
     "plmp": Entry(
-        PlmpController,
-        PlmpSettings,
+        plmp.PlmpController,
+        plmp.PlmpSettings,
         "pattern learning with memory and prediction (Han 2023), reconstructed",
         label="PLMP",
-        own_colour="#7CB518",
+        colour="#7CB518",
         dash=(2, 2),
         ranges={"reach": Range(0, 3, whole=True)},
         learns=True,
     ),
     "dqn": Entry(
         on_demand("dqn", "DqnController"),
-        DqnSettings,
+        deep.DqnSettings,
         "deep Q-network with experience replay (Mnih 2015)",
         label="DQN",
+        colour="#8250C4",
         ranges={"learning_rate": _ADAM},
         learns=True,
     ),
     "dqn-prioritised": Entry(
         on_demand("dqn_prioritised", "PrioritisedController"),
-        PrioritisedSettings,
+        deep.PrioritisedSettings,
         "the same with prioritised replay (Schaul 2016)",
         label="DQN, prioritised replay",
-        own_colour="#A77BDC",
+        colour="#A77BDC",
         dash=(5, 3),
         ranges={"learning_rate": _ADAM},
         learns=True,
     ),
     "dqn-hindsight": Entry(
         on_demand("dqn_hindsight", "HindsightController"),
-        HindsightSettings,
+        deep.HindsightSettings,
         "the same with goals and hindsight replay (Andrychowicz 2017); an ablation",
         label="DQN, hindsight replay",
-        own_colour="#C3A8EA",
+        colour="#C3A8EA",
         dash=(2, 2),
         ranges={
             "learning_rate": _ADAM,
@@ -225,10 +207,10 @@ CONTROLLERS: dict[str, Entry] = {
     ),
     "vdn": Entry(
         on_demand("vdn", "VdnController"),
-        VdnSettings,
+        deep.VdnSettings,
         "value decomposition network: one error on the sum of all values (Sunehag 2018)",
         label="VDN",
-        own_colour="#CC79A7",
+        colour="#CC79A7",
         ranges={"learning_rate": _ADAM},
         learns=True,
     ),

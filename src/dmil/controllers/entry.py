@@ -46,18 +46,6 @@ class Choice:
     values: tuple[Value, ...]
 
 
-FAMILIES: dict[str, str] = {
-    "rules": "#9c9c9c",
-    "planner": "#222222",
-    "lanes": "#D55E00",
-    "tabular": "#E69F00",
-    "episodic": "#009E73",
-    "deep": "#8250C4",
-}
-"""Family, which is the folder of its controllers, to its colour: mostly of Okabe and Ito's palette,
-told apart by colour-blind readers; rules in grey."""
-
-
 @dataclass(frozen=True, slots=True)
 class Entry:
     """A controller that has a name; its card is docs/controllers/<name>.md.
@@ -74,8 +62,9 @@ class Entry:
     label, short: str
         What reports call it, by default its name; and in tables with much beside it, by default
         its label.
-    own_colour: str
-        Its colour in every report, by default that of the family.
+    colour: str
+        Its colour in every report, by default grey as rules are; mostly of Okabe and Ito's palette,
+        which colour-blind readers tell apart.
     shades: dict
         Embedding, or another option, to the colour of the controller with it.
     dash: tuple of int
@@ -102,7 +91,7 @@ class Entry:
     summary: str
     label: str = ""
     short: str = ""
-    own_colour: str = ""
+    colour: str = "#9c9c9c"
     shades: Mapping[str, str] = field(default_factory=dict)
     dash: tuple[int, ...] = (1, 0)
     ranges: Mapping[str, Range | Choice | None] = field(default_factory=dict)
@@ -115,10 +104,5 @@ class Entry:
 
     @property
     def family(self) -> str:
-        """One of `FAMILIES`: the folder that it lies in."""
+        """The folder that it lies in."""
         return str(self.make.__module__.split(".")[2])
-
-    @property
-    def colour(self) -> str:
-        """Its colour in every report."""
-        return self.own_colour or FAMILIES[self.family]

@@ -41,7 +41,8 @@ def measures_row(measures: Measures, memory: MemoryUse) -> Row:
     row: Row = {}
     for name, metric in METRICS.items():
         if metric.stored:
-            value = getattr(memory, metric.memory) if metric.memory else getattr(measures, name)
+            source = memory if metric.memory else measures
+            value = getattr(source, name.removesuffix("_per_agent"))
             row[name] = None if metric.sumo_only and math.isnan(value) else value
     return row
 

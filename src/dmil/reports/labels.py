@@ -52,13 +52,6 @@ def architecture_label(row: dict[str, Any]) -> str:
     return f"{name} {row['embedding']}{shared}, ε {epsilon}{variant}"
 
 
-def family(row: dict[str, Any]) -> str:
-    """Return the family of a cell, which gives it its colour."""
-    if row["controller"] == "sarsa":
-        return "SARSA on exact states" if row["embedding"] == "exact" else "SARSA on classes"
-    return controller_label(row["controller"])
-
-
 def number(value: float | None, digits: int = 3) -> str:
     """Return a number with a true minus sign, "–" if there is none."""
     return "–" if value is None else f"{value:.{digits}f}".replace("-", "−")

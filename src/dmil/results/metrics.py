@@ -28,7 +28,7 @@ class Metric:
     whole
         Whether it is a whole number.
     memory
-        Attribute of `dmil.controllers.MemoryUse` that it is, if it is not one of a run's measures.
+        Whether it is one of `dmil.controllers.MemoryUse` instead.
     stored
         Whether it is a column of the results.
     factor
@@ -48,7 +48,7 @@ class Metric:
     sumo_only: bool = False
     optional: bool = False
     whole: bool = False
-    memory: str = ""
+    memory: bool = False
     stored: bool = True
     factor: float = 1.0
     short: tuple[str, str] = ("", "")
@@ -66,7 +66,7 @@ class Metric:
 
 
 _count = partial(Metric, digits=0, whole=True)
-_memory = partial(_count, optional=True)
+_memory = partial(_count, optional=True, memory=True)
 _emission = partial(Metric, better="less", sumo_only=True, optional=True, factor=1e-3)
 
 METRICS: dict[str, Metric] = {
@@ -185,39 +185,29 @@ METRICS: dict[str, Metric] = {
         short=("overruled", "phase requests"),
         head="requests overruled",
     ),
-    "entries_per_agent": Metric(
+    "entries_per_agent": _memory(
         "memory entries per intersection",
         "",
         "Stored states at the end of the run, mean over agents.",
-        optional=True,
-        memory="entries",
+        digits=1,
+        whole=False,
         short=("memory entries", "per intersection"),
     ),
     "entries_total": _memory(
-        "memory entries",
-        "",
-        "Stored states at the end of the run, a shared table counted once.",
-        memory="entries_total",
+        "memory entries", "", "Stored states at the end of the run, a shared table counted once."
     ),
-    "bytes_total": _memory(
-        "memory of all intersections", "bytes", "True size of all memories.", memory="bytes_total"
-    ),
+    "bytes_total": _memory("memory of all intersections", "bytes", "True size of all memories."),
     "messages": _memory(
         "messages",
         "",
         "Messages between agents and the central unit in the run, both ways, lost ones too.",
-        memory="messages",
     ),
-    "exchanged_bytes": _memory(
-        "exchanged", "bytes", "Bytes of the rows in these messages.", memory="exchanged_bytes"
-    ),
-    "msize_per_agent": Metric(
+    "exchanged_bytes": _memory("exchanged", "bytes", "Bytes of the rows in these messages."),
+    "msize_per_agent": _memory(
         "memory size (paper's msize)",
         "values",
         "Paper's size: 3 m_L + |A| m_s, or |A| m_Q; mean over agents.",
-        digits=0,
-        optional=True,
-        memory="msize",
+        whole=False,
     ),
     "bytes_per_intersection": Metric(
         "memory per intersection",

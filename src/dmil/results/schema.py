@@ -87,6 +87,10 @@ _VARIANT = Column(
     "One more option of the controller, as trigger=staging; null for the paper's own.",
 )
 
+_WHO = (
+    *(_PRESET, _SCENARIO, _LOAD, _SEED, _CONTROLLER),
+    *(_EMBEDDING, _COMMUNICATION, _REWARD, _EPSILON),
+)
 _METRICS = {
     name: Column(name, _WHOLE if each.whole else _REAL, each.unit, each.meaning)
     for name, each in METRICS.items()
@@ -96,15 +100,7 @@ _METRICS = {
 #: Columns of ``runs.parquet``.
 RUNS: tuple[Column, ...] = (
     Column("study", _TEXT, "", "Name of the study.", False),
-    _PRESET,
-    _SCENARIO,
-    _LOAD,
-    _SEED,
-    _CONTROLLER,
-    _EMBEDDING,
-    _COMMUNICATION,
-    _REWARD,
-    _EPSILON,
+    *_WHO,
     _VARIANT,
     _SIMULATOR,
     _TRAINED_IN,
@@ -125,15 +121,7 @@ RUNS: tuple[Column, ...] = (
 
 #: Columns of ``series.parquet``.
 SERIES: tuple[Column, ...] = (
-    _PRESET,
-    _SCENARIO,
-    _LOAD,
-    _SEED,
-    _CONTROLLER,
-    _EMBEDDING,
-    _COMMUNICATION,
-    _REWARD,
-    _EPSILON,
+    *_WHO,
     _VARIANT,
     _SIMULATOR,
     Column("time_s", _WHOLE, "s", "Time of the decision, or the horizon.", False),
@@ -148,32 +136,13 @@ SERIES: tuple[Column, ...] = (
 
 #: Columns of ``episodes.parquet``.
 EPISODES: tuple[Column, ...] = (
-    _PRESET,
-    _SCENARIO,
-    _LOAD,
-    _SEED,
-    _CONTROLLER,
-    _EMBEDDING,
-    _COMMUNICATION,
-    _REWARD,
-    _EPSILON,
+    *_WHO,
     _TRAINED_IN,
     Column("episode", _WHOLE, "", "Number of the training episode, from 0.", False),
     *(_METRICS[name] for name in EPISODE),
 )
 
-_RUN: tuple[Column, ...] = (
-    _PRESET,
-    _SCENARIO,
-    _LOAD,
-    _SEED,
-    _CONTROLLER,
-    _EMBEDDING,
-    _COMMUNICATION,
-    _REWARD,
-    _EPSILON,
-    _SIMULATOR,
-)
+_RUN = (*_WHO, _SIMULATOR)
 
 #: Columns of ``lookups.parquet``.
 LOOKUPS: tuple[Column, ...] = (
@@ -195,52 +164,18 @@ RUNS_SCHEMA: dict[str, pl.DataType] = {column.name: column.dtype for column in R
 SERIES_SCHEMA: dict[str, pl.DataType] = {column.name: column.dtype for column in SERIES}
 EPISODES_SCHEMA: dict[str, pl.DataType] = {column.name: column.dtype for column in EPISODES}
 
-#: What tells one run, and one row of a series, from all others.
-RUN_KEY: tuple[str, ...] = (
-    "study",
-    "preset",
-    "scenario",
-    "load",
-    "seed",
-    "controller",
-    "embedding",
-    "communication",
-    "reward",
-    "epsilon",
-    "variant",
-    "simulator",
-    "trained_in",
-    "horizon_s",
-)
-SERIES_KEY: tuple[str, ...] = (
-    "preset",
-    "scenario",
-    "load",
-    "seed",
-    "controller",
-    "embedding",
-    "communication",
-    "reward",
-    "epsilon",
-    "variant",
-    "simulator",
-    "time_s",
-)
-EPISODES_KEY: tuple[str, ...] = (
-    "preset",
-    "scenario",
-    "load",
-    "seed",
-    "controller",
-    "embedding",
-    "communication",
-    "reward",
-    "epsilon",
-    "trained_in",
-    "episode",
-)
-LOOKUPS_KEY: tuple[str, ...] = tuple(column.name for column in LOOKUPS[:-1])
-TIMINGS_KEY: tuple[str, ...] = tuple(column.name for column in _RUN)
+
+def _key(columns: tuple[Column, ...], last: str) -> tuple[str, ...]:
+    names = [column.name for column in columns]
+    return tuple(names[: names.index(last) + 1])
+
+
+#: What tells one run, and one row of another table, from all others.
+RUN_KEY = _key(RUNS, "horizon_s")
+SERIES_KEY = _key(SERIES, "time_s")
+EPISODES_KEY = _key(EPISODES, "episode")
+LOOKUPS_KEY = _key(LOOKUPS, "source")
+TIMINGS_KEY = _key(TIMINGS, "simulator")
 
 
 @dataclass(frozen=True, slots=True)

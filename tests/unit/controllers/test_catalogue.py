@@ -5,12 +5,13 @@ from pathlib import Path
 
 import dmil
 from dmil.controllers import CONTROLLERS, make_controller
-from dmil.controllers.entry import FAMILIES, Entry, Range
+from dmil.controllers.entry import Entry, Range
 from dmil.controllers.rules.baselines import MaxPressureController
 from dmil.controllers.rules.settings import MaxPressureSettings
 from dmil.experiments.tuning import search_space
 from dmil.reports.labels import contender_label, controller_label
 from dmil.reports.styles import colours_by_label, dashes_by_label
+from dmil.reports.theme import DARK, DARK_BACKGROUND
 from dmil.studies.memories.names import controller_name
 from dmil.studies.memories.style import colour_of
 from dmil.studies.paper.cell_charts import COLOURS
@@ -37,8 +38,8 @@ def test_no_other_file_names_half_of_the_controllers():
 
 
 def test_a_family_is_a_folder():
-    assert {entry.family for entry in CONTROLLERS.values()} == FAMILIES.keys()
-    assert all((PACKAGE / "controllers" / name).is_dir() for name in FAMILIES)
+    families = {entry.family for entry in CONTROLLERS.values()}
+    assert families == {path.parent.name for path in PACKAGE.glob("controllers/*/__init__.py")}
 
 
 def test_colours_and_dashes_tell_learners_apart():
@@ -64,7 +65,7 @@ def test_a_new_controller_needs_an_entry_alone(monkeypatch):
         MaxPressureSettings,
         "made up",
         label="Made up",
-        own_colour="#123456",
+        colour="#123456",
         dash=(9, 1),
         ranges={"hysteresis": Range(0, 1)},
     )
@@ -75,3 +76,14 @@ def test_a_new_controller_needs_an_entry_alone(monkeypatch):
     assert colour_of("made-up,approaching=true") == contender_colours(["Made up"])[0] == "#123456"
     assert dashes_by_label()["Made up"] == [9, 1]
     assert search_space("made-up")["hysteresis"] == Range(0, 1)
+
+
+def test_colours_stand_out_on_a_dark_page():
+    def luminance(colour):
+        parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+        linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
+        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+    for colour in colours_by_label().values():
+        shown = luminance(DARK.get(colour, colour))
+        assert (shown + 0.05) / (luminance(DARK_BACKGROUND) + 0.05) > 2.5, colour

@@ -9,7 +9,7 @@ import altair as alt
 import polars as pl
 
 from dmil.analysis.panel import ordered
-from dmil.reports.labels import architecture_label, controller_label, family
+from dmil.reports.labels import architecture_label, controller_label
 from dmil.reports.marks import (
     RULES,
     Chart,
@@ -40,16 +40,13 @@ from dmil.studies.paper.published import (
 )
 
 _PANEL_ENDING = " reward"
-_FAMILIES = ("SARSA on exact states", "SARSA on classes", "Dual memory")
 COLOURS: dict[str, str] = colours_by_label() | {
-    "SARSA on exact states": colour("sarsa"),
-    "SARSA on classes": colour("sarsa", ["simple"]),
     NO_MEMORY: colour("sarsa"),
     SIMPLE: colour("dual-memory", ["simple"]),
     COMPLEX: colour("dual-memory"),
     COMPLEX_COMMUNICATION: colour("dual-memory"),
 }
-"""Colours of controllers, families and the paper's columns."""
+"""Colours of controllers and the paper's columns."""
 
 
 def all_architectures(summary: pl.DataFrame, preset: str, scenario: str) -> Chart | None:
@@ -69,19 +66,17 @@ def all_architectures(summary: pl.DataFrame, preset: str, scenario: str) -> Char
         low="w_over_vc_low",
         high="w_over_vc_high",
         architecture=pl.Series([architecture_label(row) for row in records]),
-        family=pl.Series([family(row) for row in records]),
+        kind=pl.Series([f"{controller_label(r['controller'])} {r['embedding']}" for r in records]),
     )
     names = data["architecture"].unique(maintain_order=True).to_list()
     rewards = ordered(learned["reward"].unique().to_list(), REWARD_ORDER)
-    families = ordered(data["family"].unique().to_list(), _FAMILIES)
+    kinds = data["kind"].unique(maintain_order=True).to_list()
     rules = _rules(summary, preset, scenario).join(
         pl.DataFrame({"panel": _panels(rewards)}), how="cross"
     )
     y = alt.Y("architecture:N", title=None, sort=names, axis=alt.Axis(grid=True, labelLimit=260))
     hue = alt.Color(
-        "family:N",
-        scale=alt.Scale(domain=families, range=colours(families, COLOURS)),
-        legend=alt.Legend(title=None, orient="bottom"),
+        "kind:N", scale=alt.Scale(domain=kinds, range=colours(kinds, COLOURS)), legend=None
     )
     return (
         alt.layer(reference_rules(), *dots(y, hue))
