@@ -27,7 +27,6 @@ from dmil.cli.evaluate_output import as_json, notes_of, write_seeds
 from dmil.cli.evaluate_table import (
     COLUMN_WIDTH,
     LABEL_WIDTH,
-    SHOWN,
     comparison_table,
     ranking_table,
 )
@@ -198,7 +197,7 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
     show(answer(found), "")
     for note in locked_notes(found):
         show(note, "")
-    show(ranking_table(found, next(each for each in SHOWN if each.name == METRIC)), "")
+    show(ranking_table(found, METRIC), "")
     # As many controllers side by side as the terminal is wide.
     fitting = max(1, (results().width - LABEL_WIDTH) // (COLUMN_WIDTH + 1))
     for first in range(0, len(found.labels), fitting):

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import polars as pl
 
-from dmil.cli.evaluate_table import DIFFERENCES
 from dmil.cli.measures import UNFINISHED, own_or_s
 from dmil.controllers import CONTROLLERS
 from dmil.demand import ResampledDemand
@@ -16,6 +15,7 @@ from dmil.demand.sumo.remarks import remarks_of
 from dmil.experiments.answer import answer
 from dmil.experiments.comparison import REFERENCE, Comparison
 from dmil.files import write_atomically
+from dmil.results.metrics import COMPARED
 from dmil.scenarios import Scenario
 from dmil.statistics import Estimate
 
@@ -144,7 +144,7 @@ def as_json(found: Comparison, scenario: Scenario, notes: list[str]) -> dict[str
     spreads = {name: found.spread(name) for name in found.measures}
     references = dict.fromkeys((found.reference, REFERENCE))
     differences = {
-        f"minus_{reference}": {name: found.difference(name, reference) for name in DIFFERENCES}
+        f"minus_{reference}": {name: found.difference(name, reference) for name in COMPARED}
         for reference in references
         if reference in found.labels or reference == found.reference
     }

@@ -10,52 +10,32 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from dmil.cli.measures import Measure, number
+from dmil.cli.measures import number
 from dmil.experiments.comparison import Comparison
+from dmil.results.metrics import COMPARED, COMPARISON_TABLE, METRICS, Metric
 from dmil.statistics import Estimate
 
-DIFFERENCES = (
-    "travel_time_s",
-    "delay_s",
-    "wait_per_spawned_s",
-    "stops_per_spawned",
-    "person_delay_s",
-    "co2_g",
-)
-"""Measures whose differences to the reference are shown: of these, less is better."""
-SHOWN = (
-    Measure("travel_time_s", "travel time", "s", 1),
-    Measure("delay_s", "delay", "s", 1),
-    Measure("wait_per_spawned_s", "W, waiting", "s", 1),
-    Measure("stops_per_spawned", "stops", "per vehicle", 2),
-    Measure("person_delay_s", "persons' delay", "s", 1, True),
-    Measure("co2_g", "CO2", "kg, all vehicles", 1, True, 1e-3),
-    Measure("throughput_veh_per_h", "throughput", "veh/h", 0),
-    Measure("mean_queue_veh", "mean queue", "veh", 1),
-    Measure("overruled", "overruled", "phase requests", 0, True),
-    Measure("entries_per_agent", "memory entries", "per intersection", 1, True),
-    Measure("bytes_per_intersection", "memory bytes", "per intersection", 0, True),
-)
 LABEL_WIDTH, COLUMN_WIDTH = 16, 20
 SPREAD = "median IQM worst"
 """Label of how a measure varies over seeds: median, interquartile mean, worst seed."""
 
 
-def ranking_table(found: Comparison, measure: Measure) -> Table:
-    """Return one measure of all contenders: how it varies over seeds, and the differences.
+def ranking_table(found: Comparison, name: str) -> Table:
+    """Return one metric of all contenders: how it varies over seeds, and the differences.
 
     Parameters
     ----------
     found
         The comparison, ranked.
-    measure
-        Which measure.
+    name
+        Which metric.
     """
+    metric = METRICS[name]
     several = len(found.seeds) > 1 and not found.one_day
-    mean, spread = found.mean(measure.name), found.spread(measure.name)
-    difference = found.difference(measure.name)
+    mean, spread = found.mean(name), found.spread(name)
+    difference = found.difference(name)
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0), pad_edge=False)
-    table.add_column(f"{measure.label}, {measure.unit}", width=COLUMN_WIDTH, overflow="fold")
+    table.add_column(", ".join(metric.short_label), width=COLUMN_WIDTH, overflow="fold")
     heads = ["mean", "median", "IQM", "worst"] if several else ["mean"]
     if difference is not None:
         heads.append(f"− {found.reference}")
@@ -63,12 +43,12 @@ def ranking_table(found: Comparison, measure: Measure) -> Table:
         wide = COLUMN_WIDTH if head.startswith("−") else 0
         table.add_column("\n".join(_name_lines(head)), justify="right", min_width=wide)
     for i, label in enumerate(found.labels):
-        cells = [_cell(mean, i, measure, plain=True)]
+        cells = [_cell(mean, i, metric, plain=True)]
         if several:
-            cells += [number(float(each[i]), measure.digits) for each in spread.values()]
+            cells += [number(float(each[i]), metric.digits) for each in spread.values()]
         if difference is not None:
             same = label == found.reference
-            cells.append("" if same else _cell(difference, i, measure, "+", apart=" "))
+            cells.append("" if same else _cell(difference, i, metric, "+", apart=" "))
         table.add_row("\n".join(_name_lines(label)), *cells)
     return table
 
@@ -96,40 +76,41 @@ def comparison_table(found: Comparison, columns: range) -> Table:
         table.add_column(head, width=COLUMN_WIDTH, justify="right", overflow="fold")
     several = len(found.seeds) > 1 and not found.one_day
     reference = "\n".join(textwrap.wrap(f"− {found.reference}", LABEL_WIDTH))
-    for measure in SHOWN:
-        values = found.measures[measure.name]
-        if measure.optional and not np.nan_to_num(values).any():
+    for name in COMPARISON_TABLE:
+        metric, values = METRICS[name], found.measures[name]
+        if metric.optional and not np.nan_to_num(values).any():
             continue
-        mean = found.mean(measure.name)
+        mean = found.mean(name)
         # What a frozen policy remembers is not a matter of chance.
-        fixed = measure.optional and bool((values == values[0]).all())
-        cells = (_cell(mean, i, measure, plain=fixed) for i in columns)
-        table.add_row(_label(measure), *cells)
+        fixed = metric.optional and bool((values == values[0]).all())
+        cells = (_cell(mean, i, metric, plain=fixed) for i in columns)
+        table.add_row(_label(metric), *cells)
         if several and not fixed:
-            spread = list(found.spread(measure.name).values())
+            spread = list(found.spread(name).values())
             cells = (
-                " ".join(number(float(each[i]) * measure.factor, measure.digits) for each in spread)
+                " ".join(number(float(each[i]) * metric.factor, metric.digits) for each in spread)
                 for i in columns
             )
             table.add_row(Text(SPREAD, "dim"), *cells)
-        difference = found.difference(measure.name) if measure.name in DIFFERENCES else None
+        difference = found.difference(name) if name in COMPARED else None
         if difference is not None:
             cells = (
-                _cell(difference, i, measure, "+") if found.labels[i] != found.reference else ""
+                _cell(difference, i, metric, "+") if found.labels[i] != found.reference else ""
                 for i in columns
             )
             table.add_row(Text(reference, "dim"), *cells)
     return table
 
 
-def _label(measure: Measure) -> Text:
-    return Text.assemble(measure.label, "\n", (measure.unit, "dim"))
+def _label(metric: Metric) -> Text:
+    label, unit = metric.short_label
+    return Text.assemble(label, "\n", (unit, "dim"))
 
 
 def _cell(
     estimate: Estimate,
     i: int,
-    measure: Measure,
+    metric: Metric,
     sign: str = "",
     *,
     plain: bool = False,
@@ -137,11 +118,11 @@ def _cell(
 ) -> str:
     """Return a mean, and its interval on a second line unless that is not wanted."""
     value, low, high = (
-        float(each[i]) * measure.factor for each in (estimate.value, estimate.low, estimate.high)
+        float(each[i]) * metric.factor for each in (estimate.value, estimate.low, estimate.high)
     )
     if value == 0 and not sign and (low == high == 0 or low != low):
         return "0"
-    digits = measure.digits
+    digits = metric.digits
     mean = number(value, digits, sign)
     return (
         mean

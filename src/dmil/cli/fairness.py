@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby
 
+from dmil.controllers import CONTROLLERS
 from dmil.scenarios import Scenario
 from dmil.scenarios.fairness import advantages
 
-PLANS = ("program", "actuated")
+PLANS = tuple(name for name, entry in CONTROLLERS.items() if entry.shows_plan)
 """Controllers that keep the times of the network's own plan, whatever others are given."""
 NAMED = 3
 """How many intersections are named."""

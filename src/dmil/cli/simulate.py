@@ -28,7 +28,7 @@ from dmil.cli.choices import (
     with_scenario_of,
 )
 from dmil.cli.help import Command
-from dmil.cli.measures import MEASURES, UNFINISHED, number
+from dmil.cli.measures import UNFINISHED, number
 from dmil.cli.parameters import Option, settings_command
 from dmil.cli.terminal import print_json, say, show, waiting
 from dmil.compilation import is_cold
@@ -37,6 +37,7 @@ from dmil.experiments.comparison import Contender
 from dmil.experiments.trial import measures_row
 from dmil.experiments.warm_up import compile_kernels
 from dmil.files import write_atomically
+from dmil.results.metrics import METRICS, RUN_TABLE
 from dmil.rewards import PAPER_CONSTANTS
 from dmil.scenarios import Scenario
 from dmil.scenarios.names import shown
@@ -216,13 +217,14 @@ def _table(rows: list[dict[str, Any]]) -> Table:
         table.add_column("95 % interval", justify="right", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     frame = pl.DataFrame(rows)
-    shown = [m for m in MEASURES if not m.optional or (frame[m.name] != 0).any()]
-    values = frame.select(measure.name for measure in shown).cast(pl.Float64).to_numpy()
+    shown = [n for n in RUN_TABLE if not METRICS[n].optional or (frame[n] != 0).any()]
+    values = frame.select(shown).cast(pl.Float64).to_numpy()
     estimate = mean_interval(values, stream(0, "bootstrap", "simulate"))
-    for i, measure in enumerate(shown):
-        cells = [number(float(estimate.value[i]), measure.digits)]
+    for i, metric in enumerate(METRICS[name] for name in shown):
+        digits = metric.digits if metric.fine_digits is None else metric.fine_digits
+        cells = [number(float(estimate.value[i]), digits)]
         if several:
-            ends = (number(float(end[i]), measure.digits) for end in (estimate.low, estimate.high))
+            ends = (number(float(end[i]), digits) for end in (estimate.low, estimate.high))
             cells.append(f"[{', '.join(ends)}]")
-        table.add_row(measure.label, *cells, measure.unit)
+        table.add_row(metric.label, *cells, metric.unit)
     return table

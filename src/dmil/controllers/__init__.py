@@ -1,5 +1,6 @@
 """Controllers: the protocol, the table of names, one file per controller."""
 
+from dmil.controllers.catalogue import CONTROLLERS
 from dmil.controllers.protocol import (
     NO_MEMORY,
     Controller,
@@ -7,7 +8,7 @@ from dmil.controllers.protocol import (
     MemoryUse,
     Situation,
 )
-from dmil.controllers.registry import CONTROLLERS, check_controller, make_controller, make_settings
+from dmil.controllers.registry import check_controller, make_controller, make_settings
 from dmil.controllers.tabular.prior import Prior
 
 __all__ = [

@@ -12,7 +12,7 @@ from dmil.experiments.comparison import Comparison
 METRIC = "delay_s"
 """What contenders are ranked by."""
 PLAN = "program"
-NO_RIVALS = ("foresight",)
+NO_RIVALS = tuple(name for name, entry in CONTROLLERS.items() if entry.oracle)
 """Controllers that nobody could use: they know who will come."""
 
 

@@ -16,6 +16,7 @@ from dmil.controllers import Controller, make_controller
 from dmil.experiments.trial import Row, measures_row
 from dmil.network import RoadNetwork
 from dmil.parallel.executors import Executor, LocalExecutor
+from dmil.results.metrics import METRICS
 from dmil.rewards import PAPER_CONSTANTS, RewardConstants, make_reward
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
@@ -27,9 +28,6 @@ from dmil.training.flow import Flow, FlowRecorder, locks
 
 REFERENCE = "max-pressure"
 """Whom differences are taken to, unless another is named."""
-MORE_IS_BETTER = ("throughput_veh_per_h", "arrived_veh")
-"""Measures whose worst seed is the one with the least; of all others it is the one with the most.
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +154,7 @@ class Comparison:
     def spread(self, measure: str) -> dict[str, npt.NDArray[np.float64]]:
         """Return median, interquartile mean and worst seed, (contenders,) each."""
         values = self.measures[measure]
-        worst = np.min if measure in MORE_IS_BETTER else np.max
+        worst = np.min if METRICS[measure].better == "more" else np.max
         return {
             "median": np.median(values, axis=0),
             "interquartile_mean": interquartile_mean(values.T),

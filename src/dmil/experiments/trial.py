@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from dmil.controllers import MemoryUse
+from dmil.results.metrics import METRICS
 from dmil.simulation import Measures
 from dmil.training import Run
 
@@ -37,34 +38,13 @@ class TrialResult:
 
 def measures_row(measures: Measures, memory: MemoryUse) -> Row:
     """Return a run's totals as columns of the table of runs (specification, §3)."""
-    return {
-        "spawned_veh": measures.spawned_veh,
-        "arrived_veh": measures.arrived_veh,
-        "wait_veh_s": measures.wait_veh_s,
-        "wait_per_spawned_s": measures.wait_per_spawned_s,
-        "w_over_vc": measures.w_over_vc,
-        "wait_per_visit_s": measures.wait_per_visit_s,
-        "wait_per_arrived_s": measures.wait_per_arrived_s,
-        "mean_queue_veh": measures.mean_queue_veh,
-        "travel_time_s": measures.travel_time_s,
-        "delay_s": measures.delay_s,
-        "throughput_veh_per_h": measures.throughput_veh_per_h,
-        "stops_per_spawned": measures.stops_per_spawned,
-        "co2_g": _known(measures.co2_g),
-        "fuel_g": _known(measures.fuel_g),
-        "person_delay_s": _known(measures.person_delay_s),
-        "overruled": measures.overruled,
-        "entries_per_agent": memory.entries,
-        "entries_total": memory.entries_total,
-        "bytes_total": memory.bytes_total,
-        "messages": memory.messages,
-        "exchanged_bytes": memory.exchanged_bytes,
-        "msize_per_agent": memory.msize,
-    }
-
-
-def _known(value: float) -> float | None:
-    return None if math.isnan(value) else value
+    row: Row = {}
+    for name, metric in METRICS.items():
+        if metric.stored:
+            source = memory if metric.memory else measures
+            value = getattr(source, name.removesuffix("_per_agent"))
+            row[name] = None if metric.sumo_only and math.isnan(value) else value
+    return row
 
 
 def series_rows(result: Run) -> list[Row]:

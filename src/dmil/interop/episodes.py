@@ -14,12 +14,12 @@ import numpy.typing as npt
 from dmil.errors import InputError, unknown_name
 from dmil.interop.layout import FloatArray, VectorLayout
 from dmil.interop.picture import Picture
+from dmil.results.metrics import JUDGED
 from dmil.rewards import Reward, checked_reward, make_reward
 from dmil.scenarios import Scenario, scenario, signal_times
 from dmil.scenarios.registry import with_load
 from dmil.seeding import simulator_seed
 from dmil.simulation import Observation, Simulator, make_simulator
-from dmil.simulation.measures import METRICS
 from dmil.training import vehicles_of_seed
 
 RENDER_MODES = ["rgb_array"]
@@ -191,9 +191,9 @@ class Episodes:
         return infos
 
     def measures(self) -> dict[str, float]:
-        """Return the metrics of the episode so far that are known, by their name in `METRICS`."""
+        """Return the metrics of the episode so far that are known, of `dmil.results.metrics`."""
         measures = self.simulator.measures()
-        found = {name: float(metric.of(measures)) for name, metric in METRICS.items()}
+        found = {name: float(getattr(measures, name)) for name in JUDGED}
         return {name: value for name, value in found.items() if not math.isnan(value)}
 
     def render(self) -> npt.NDArray[np.uint8]:

@@ -16,19 +16,8 @@ from dmil.reports.figure import figure
 from dmil.reports.html import environment
 from dmil.reports.network_chart import network_chart
 from dmil.reports.theme import DARK
+from dmil.results.metrics import COMPARED, COMPARISON_PAGE, METRICS, Metric
 from dmil.statistics import Estimate
-
-#: Columns of the table: metric, head, factor, digits, whether the difference is shown.
-COLUMNS: tuple[tuple[str, str, float, int, bool], ...] = (
-    ("delay_s", "delay, s", 1.0, 1, True),
-    ("travel_time_s", "travel time, s", 1.0, 1, True),
-    ("stops_per_spawned", "stops per vehicle", 1.0, 2, True),
-    ("person_delay_s", "delay of persons, s", 1.0, 1, True),
-    ("co2_g", "CO2, kg", 1e-3, 1, True),
-    ("throughput_veh_per_h", "arrived, veh/h", 1.0, 0, False),
-    ("overruled", "requests overruled", 1.0, 0, False),
-)
-HEADLINE = COLUMNS[0]
 
 
 def write_comparison(
@@ -73,7 +62,7 @@ def write_comparison(
     )
     caption = "The network; numbers at intersections are those of the list, colours their shapes."
     chart = figure("network", "network", title, caption, network_chart(diagnosis))
-    columns = [column for column in COLUMNS if _is_known(found, column[0])]
+    columns = [name for name in COMPARISON_PAGE if _is_known(found, name)]
     page = (
         environment()
         .get_template("comparison.html.j2")
@@ -90,7 +79,7 @@ def write_comparison(
             reference=found.reference
             if found.reference in found.labels and not found.withheld
             else None,
-            columns=columns,
+            columns=[(METRICS[name].column_head, name in COMPARED) for name in columns],
             rows=_rows(found, columns),
             findings=[each for each in diagnosis.findings if each.severity != "note"],
             figure=chart,
@@ -110,15 +99,14 @@ def _is_known(found: Comparison, metric: str) -> bool:
 
 def _answers(found: Comparison) -> list[dict[str, Any]]:
     """Say of everyone whether the difference to the reference is shown, by its interval."""
-    metric, _, factor, digits, _ = HEADLINE
-    difference = found.difference(metric)
+    difference = found.difference(METRIC)
     if difference is None or found.withheld:
         return []
     answers = []
     for i, label in enumerate(found.labels):
         if label == found.reference:
             continue
-        cell = _cell(difference, i, factor, digits)
+        cell = _cell(difference, i, METRICS[METRIC])
         low, high = cell["low"], cell["high"]
         verdict = "one day, no interval" if found.one_day else "one seed shows nothing"
         if low is not None and high is not None:
@@ -127,19 +115,19 @@ def _answers(found: Comparison) -> list[dict[str, Any]]:
     return answers
 
 
-def _rows(found: Comparison, columns: Sequence[Any]) -> list[dict[str, Any]]:
+def _rows(found: Comparison, columns: Sequence[str]) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = [{"label": label, "cells": []} for label in found.labels]
-    for metric, _, factor, digits, compared in columns:
-        mean = found.mean(metric)
-        difference = found.difference(metric) if compared else None
-        spread = list(found.spread(metric).values()) if _varies(found) else []
+    for name in columns:
+        metric, mean = METRICS[name], found.mean(name)
+        difference = found.difference(name) if name in COMPARED else None
+        spread = list(found.spread(name).values()) if _varies(found) else []
         for i, row in enumerate(rows):
             is_other = row["label"] != found.reference
             row["cells"].append(
                 {
-                    "mean": _cell(mean, i, factor, digits),
-                    "spread": [float(each[i]) * factor for each in spread],
-                    "difference": _cell(difference, i, factor, digits)
+                    "mean": _cell(mean, i, metric),
+                    "spread": [float(each[i]) * metric.factor for each in spread],
+                    "difference": _cell(difference, i, metric)
                     if difference is not None and is_other
                     else None,
                 }
@@ -152,7 +140,9 @@ def _varies(found: Comparison) -> bool:
     return len(found.seeds) > 1 and not found.one_day
 
 
-def _cell(estimate: Estimate, i: int, factor: float, digits: int) -> dict[str, Any]:
+def _cell(estimate: Estimate, i: int, metric: Metric) -> dict[str, Any]:
     ends = (estimate.value, estimate.low, estimate.high)
-    value, low, high = (None if each[i] != each[i] else float(each[i]) * factor for each in ends)
-    return {"value": value, "low": low, "high": high, "digits": digits}
+    value, low, high = (
+        None if each[i] != each[i] else float(each[i]) * metric.factor for each in ends
+    )
+    return {"value": value, "low": low, "high": high, "digits": metric.digits}

@@ -4,14 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-_CONTROLLERS = {
-    "sarsa": "SARSA",
-    "dual-memory": "Dual memory",
-    "longest-queue-first": "longest queue first",
-    "fixed-cycle": "fixed cycle",
-    "webster": "Webster",
-    "sotl": "SOTL",
-}
+from dmil.controllers import CONTROLLERS
 
 _SIMULATORS = {
     "sumo": "SUMO",
@@ -22,14 +15,20 @@ _SIMULATORS = {
 
 def controller_label(controller: str) -> str:
     """Return "SARSA" for "sarsa" and so on."""
-    return _CONTROLLERS.get(controller, controller)
+    entry = CONTROLLERS.get(controller)
+    return entry.label or controller if entry else controller
+
+
+def short_label(controller: str) -> str:
+    """Return "longest queue" for "longest-queue-first" and so on, for tables with much in them."""
+    entry = CONTROLLERS.get(controller)
+    return entry.short if entry and entry.short else controller_label(controller)
 
 
 def contender_label(name: str) -> str:
     """Return "Dual memory cells + comm." for "dual-memory cells + communication" and so on."""
     controller, _, rest = name.partition(" ")
-    label = "own program" if controller == "program" else controller_label(controller)
-    return f"{label} {rest}".strip().replace("communication", "comm.")
+    return f"{controller_label(controller)} {rest}".strip().replace("communication", "comm.")
 
 
 def simulator_label(simulator: str) -> str:
@@ -51,13 +50,6 @@ def architecture_label(row: dict[str, Any]) -> str:
     epsilon = f"{row['epsilon']:g}".replace("0.", ".", 1)
     variant = f", {row['variant']}" if row["variant"] else ""
     return f"{name} {row['embedding']}{shared}, ε {epsilon}{variant}"
-
-
-def family(row: dict[str, Any]) -> str:
-    """Return the family of a cell, which gives it its colour."""
-    if row["controller"] == "sarsa":
-        return "SARSA on exact states" if row["embedding"] == "exact" else "SARSA on classes"
-    return controller_label(row["controller"])
 
 
 def number(value: float | None, digits: int = 3) -> str:

@@ -8,13 +8,13 @@ from typing import Any
 import altair as alt
 import polars as pl
 
-from dmil.reports.theme import COLOURS, ONE_COLUMN, colours
+from dmil.reports.styles import colour, dashes_by_label
+from dmil.reports.theme import ONE_COLUMN, colours
 
 Chart = alt.TopLevelMixin
 
 WAIT_TITLE = "W/Vc (s per vehicle)"
 RULES = ("longest queue first", "max-pressure")
-_RULE_DASH = {"longest queue first": [1, 0], "max-pressure": [5, 3]}
 
 
 def values(data: pl.DataFrame) -> alt.InlineData:
@@ -82,7 +82,7 @@ def lines(
         symbolSize=240,
         symbolStrokeWidth=2,
     )
-    colour = alt.Color(
+    hue = alt.Color(
         "line:N", scale=alt.Scale(domain=names, range=colours(names, palette)), legend=legend
     )
     dash_range = [dashes.get(name, [1, 0]) for name in names]
@@ -91,10 +91,10 @@ def lines(
     low = y.copy()
     low.shorthand = "low:Q"
     base = alt.Chart(values(data)).encode(x=x)
-    band = base.mark_area(opacity=0.2).encode(y=low, y2="high:Q", color=colour)
+    band = base.mark_area(opacity=0.2).encode(y=low, y2="high:Q", color=hue)
     line = base.mark_line(strokeWidth=1.8).encode(
         y=y,
-        color=colour,
+        color=hue,
         strokeDash=alt.StrokeDash(
             "line:N", scale=alt.Scale(domain=names, range=dash_range), legend=legend
         ),
@@ -109,6 +109,7 @@ def lines(
 
 def reference_rules() -> alt.Chart:
     """Draw the baselines as vertical lines; the data has ``rule`` and ``rule_at``."""
+    dashes = dashes_by_label()
     rule: alt.Chart = (
         alt.Chart()
         .transform_filter("isValid(datum.rule)")
@@ -117,7 +118,7 @@ def reference_rules() -> alt.Chart:
             x=alt.X("rule_at:Q", title=WAIT_TITLE),
             strokeDash=alt.StrokeDash(
                 "rule:N",
-                scale=alt.Scale(domain=list(RULES), range=[_RULE_DASH[name] for name in RULES]),
+                scale=alt.Scale(domain=list(RULES), range=[dashes[name] for name in RULES]),
                 legend=alt.Legend(
                     title=None,
                     orient="bottom",
@@ -126,7 +127,7 @@ def reference_rules() -> alt.Chart:
                     symbolStrokeWidth=2,
                 ),
             ),
-            color=alt.value(COLOURS["max-pressure"]),
+            color=alt.value(colour("max-pressure")),
             tooltip=[
                 alt.Tooltip("rule:N", title="baseline"),
                 alt.Tooltip("rule_at:Q", title="W/Vc", format=".3f"),

@@ -12,38 +12,6 @@ PANEL = 170
 FONT = "Liberation Sans, Arial, Helvetica, sans-serif"
 INK, FAINT, GRID = "#222222", "#6b6b6b", "#e4e4e4"
 
-#: Fixed colours (Okabe and Ito's palette, told apart by colour-blind readers; baselines in grey).
-COLOURS: dict[str, str] = {
-    "No Memory": "#D55E00",
-    "SARSA exact": "#D55E00",
-    "SARSA simple": "#E69F00",
-    "SARSA complex": "#CC79A7",
-    "Simple": "#56B4E9",
-    "Complex": "#0072B2",
-    "Complex + communication": "#009E73",
-    "Dual memory": "#0072B2",
-    "SARSA on exact states": "#D55E00",
-    "SARSA on classes": "#E69F00",
-    "longest queue first": "#333333",
-    "max-pressure": "#7a7a7a",
-    "fixed cycle": "#9c9c9c",
-    "random": "#bdbdbd",
-}
-
-#: Colours of the controllers on the RESCO benchmark (Okabe and Ito; baselines in grey and warm).
-CONTENDER_COLOURS: dict[str, str] = {
-    "own program": "#222222",
-    "actuated": "#7a7a7a",
-    "fixed cycle": "#9c9c9c",
-    "longest queue first": "#E69F00",
-    "max-pressure": "#D55E00",
-    "random": "#b5b5b5",
-    "SARSA exact": "#CC79A7",
-    "Dual memory simple": "#56B4E9",
-    "Dual memory complex": "#0072B2",
-    "Dual memory cells": "#009E73",
-}
-
 #: Colours of the simulators.
 SIMULATOR_COLOURS: dict[str, str] = {
     "SUMO": "#222222",
@@ -74,8 +42,8 @@ DARK: dict[str, str] = {
     INK: "#e6e6e8",
     FAINT: "#a5a5ad",
     GRID: "#37373d",
-    COLOURS["longest queue first"]: "#f2f2f2",
-    COLOURS["max-pressure"]: "#a8a8a8",
+    "#7a7a7a": "#a8a8a8",
+    "#1F3B73": "#9db4e6",
     REWARD_COLOURS["default"]: "#d3609f",
     REWARD_COLOURS["entropy"]: "#3fae55",
     PRESET_COLOURS["matched"]: "#a9a9f0",

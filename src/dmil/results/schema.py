@@ -14,6 +14,8 @@ from dataclasses import dataclass
 
 import polars as pl
 
+from dmil.results.metrics import EPISODE, METRICS
+
 SCHEMA_VERSION = 5
 
 
@@ -28,7 +30,7 @@ class Column:
     dtype
         Polars type.
     unit
-        Unit in words, "" for names and flags.
+        Unit, "" for names, flags, and where the meaning says it.
     meaning
         One sentence.
     nullable
@@ -85,66 +87,28 @@ _VARIANT = Column(
     "One more option of the controller, as trigger=staging; null for the paper's own.",
 )
 
+_WHO = (
+    *(_PRESET, _SCENARIO, _LOAD, _SEED, _CONTROLLER),
+    *(_EMBEDDING, _COMMUNICATION, _REWARD, _EPSILON),
+)
+_METRICS = {
+    name: Column(name, _WHOLE if each.whole else _REAL, each.unit, each.meaning)
+    for name, each in METRICS.items()
+    if each.stored
+}
+
 #: Columns of ``runs.parquet``.
 RUNS: tuple[Column, ...] = (
     Column("study", _TEXT, "", "Name of the study.", False),
-    _PRESET,
-    _SCENARIO,
-    _LOAD,
-    _SEED,
-    _CONTROLLER,
-    _EMBEDDING,
-    _COMMUNICATION,
-    _REWARD,
-    _EPSILON,
+    *_WHO,
     _VARIANT,
     _SIMULATOR,
     _TRAINED_IN,
     Column("horizon_s", _WHOLE, "s", "Length of the run.", False),
     Column("training_s", _WHOLE, "s", "Length of the training before it; null for baselines."),
-    Column("spawned_veh", _WHOLE, "vehicles", "Vehicles that entered until the horizon."),
-    Column("arrived_veh", _WHOLE, "vehicles", "V_c: vehicles at their destination at the horizon."),
-    Column("wait_veh_s", _WHOLE, "vehicle-seconds", "Queued vehicles summed over all steps."),
-    Column("wait_per_spawned_s", _REAL, "s", "W: wait_veh_s / spawned_veh."),
-    Column("w_over_vc", _REAL, "s per vehicle", "W / V_c at the horizon; the headline number."),
-    Column("wait_per_visit_s", _REAL, "s", "wait_veh_s / visits of intersections."),
-    Column("wait_per_arrived_s", _REAL, "s", "Mean waiting time of vehicles that arrived."),
-    Column("mean_queue_veh", _REAL, "vehicles", "Queued vehicles in the network, mean over time."),
-    Column(
-        "travel_time_s",
-        _REAL,
-        "s",
-        "Mean over spawned vehicles, those under way counted to the horizon.",
-    ),
-    Column(
-        "delay_s",
-        _REAL,
-        "s",
-        "RESCO's average delay: time loss and departure delay per spawned vehicle.",
-    ),
-    Column("throughput_veh_per_h", _REAL, "vehicles per hour", "Arrived vehicles per hour."),
-    Column("stops_per_spawned", _REAL, "stops", "Halts inside the network per spawned vehicle."),
-    Column("co2_g", _REAL, "g", "Carbon dioxide, SUMO's model; null where not computed."),
-    Column("fuel_g", _REAL, "g", "Fuel, SUMO's model; null where not computed."),
-    Column("person_delay_s", _REAL, "s", "Mean standing time of persons; null where none walk."),
-    Column("overruled", _WHOLE, "requests", "Phase requests that the timing rules did not grant."),
-    Column("entries_per_agent", _REAL, "states", "Stored states at the horizon, mean over agents."),
-    Column("entries_total", _WHOLE, "states", "Stored states, a shared table counted once."),
-    Column("bytes_total", _WHOLE, "bytes", "True size of all memories."),
-    Column(
-        "messages",
-        _WHOLE,
-        "messages",
-        "Between agents and the central unit in the run, both ways, lost ones too.",
-    ),
-    Column("exchanged_bytes", _WHOLE, "bytes", "Bytes of the rows in these messages."),
+    *(column for name, column in _METRICS.items() if name != "msize_per_agent"),
     Column("intersections", _WHOLE, "", "Intersections that the controller decides for."),
-    Column(
-        "msize_per_agent",
-        _REAL,
-        "values",
-        "Paper's size: 3 m_L + |A| m_s, or |A| m_Q; mean over agents.",
-    ),
+    _METRICS["msize_per_agent"],
     Column(
         "decisions_until_better",
         _WHOLE,
@@ -157,15 +121,7 @@ RUNS: tuple[Column, ...] = (
 
 #: Columns of ``series.parquet``.
 SERIES: tuple[Column, ...] = (
-    _PRESET,
-    _SCENARIO,
-    _LOAD,
-    _SEED,
-    _CONTROLLER,
-    _EMBEDDING,
-    _COMMUNICATION,
-    _REWARD,
-    _EPSILON,
+    *_WHO,
     _VARIANT,
     _SIMULATOR,
     Column("time_s", _WHOLE, "s", "Time of the decision, or the horizon.", False),
@@ -180,37 +136,13 @@ SERIES: tuple[Column, ...] = (
 
 #: Columns of ``episodes.parquet``.
 EPISODES: tuple[Column, ...] = (
-    _PRESET,
-    _SCENARIO,
-    _LOAD,
-    _SEED,
-    _CONTROLLER,
-    _EMBEDDING,
-    _COMMUNICATION,
-    _REWARD,
-    _EPSILON,
+    *_WHO,
     _TRAINED_IN,
     Column("episode", _WHOLE, "", "Number of the training episode, from 0.", False),
-    Column("delay_s", _REAL, "s", "RESCO's average delay in the episode, exploration included."),
-    Column("travel_time_s", _REAL, "s", "Mean travel time in the episode."),
-    Column("wait_per_spawned_s", _REAL, "s", "W of the episode."),
-    Column("mean_queue_veh", _REAL, "vehicles", "Queued vehicles, mean over the episode."),
-    Column("entries_per_agent", _REAL, "states", "Stored states after it, mean over agents."),
-    Column("bytes_total", _WHOLE, "bytes", "True size of all memories after it."),
+    *(_METRICS[name] for name in EPISODE),
 )
 
-_RUN: tuple[Column, ...] = (
-    _PRESET,
-    _SCENARIO,
-    _LOAD,
-    _SEED,
-    _CONTROLLER,
-    _EMBEDDING,
-    _COMMUNICATION,
-    _REWARD,
-    _EPSILON,
-    _SIMULATOR,
-)
+_RUN = (*_WHO, _SIMULATOR)
 
 #: Columns of ``lookups.parquet``.
 LOOKUPS: tuple[Column, ...] = (
@@ -232,52 +164,18 @@ RUNS_SCHEMA: dict[str, pl.DataType] = {column.name: column.dtype for column in R
 SERIES_SCHEMA: dict[str, pl.DataType] = {column.name: column.dtype for column in SERIES}
 EPISODES_SCHEMA: dict[str, pl.DataType] = {column.name: column.dtype for column in EPISODES}
 
-#: What tells one run, and one row of a series, from all others.
-RUN_KEY: tuple[str, ...] = (
-    "study",
-    "preset",
-    "scenario",
-    "load",
-    "seed",
-    "controller",
-    "embedding",
-    "communication",
-    "reward",
-    "epsilon",
-    "variant",
-    "simulator",
-    "trained_in",
-    "horizon_s",
-)
-SERIES_KEY: tuple[str, ...] = (
-    "preset",
-    "scenario",
-    "load",
-    "seed",
-    "controller",
-    "embedding",
-    "communication",
-    "reward",
-    "epsilon",
-    "variant",
-    "simulator",
-    "time_s",
-)
-EPISODES_KEY: tuple[str, ...] = (
-    "preset",
-    "scenario",
-    "load",
-    "seed",
-    "controller",
-    "embedding",
-    "communication",
-    "reward",
-    "epsilon",
-    "trained_in",
-    "episode",
-)
-LOOKUPS_KEY: tuple[str, ...] = tuple(column.name for column in LOOKUPS[:-1])
-TIMINGS_KEY: tuple[str, ...] = tuple(column.name for column in _RUN)
+
+def _key(columns: tuple[Column, ...], last: str) -> tuple[str, ...]:
+    names = [column.name for column in columns]
+    return tuple(names[: names.index(last) + 1])
+
+
+#: What tells one run, and one row of another table, from all others.
+RUN_KEY = _key(RUNS, "horizon_s")
+SERIES_KEY = _key(SERIES, "time_s")
+EPISODES_KEY = _key(EPISODES, "episode")
+LOOKUPS_KEY = _key(LOOKUPS, "source")
+TIMINGS_KEY = _key(TIMINGS, "simulator")
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,16 +1,14 @@
 """Simulators, what they show to controllers, and what is measured."""
 
-from dmil.simulation.measures import METRICS, Measures, Metric
+from dmil.simulation.measures import Measures
 from dmil.simulation.protocol import Observation, Simulator
 from dmil.simulation.queue import QueueSimulator
 from dmil.simulation.registry import SIMULATORS, make_simulator
 from dmil.simulation.sumo import SumoSimulator
 
 __all__ = [
-    "METRICS",
     "SIMULATORS",
     "Measures",
-    "Metric",
     "Observation",
     "QueueSimulator",
     "Simulator",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from dmil.simulation.measures import METRICS
+from dmil.results.metrics import METRICS
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +33,14 @@ COUNTING: dict[str, Counting] = {
     "wait_veh_s": Counting(
         "every second, the vehicles in queues at stop lines and those that wait outside for room",
         "`waitingTime`, the seconds below 0.1 m/s, and `departDelay`; of vehicles under way too",
+    ),
+    "visits": Counting(
+        "times that a vehicle came to a stop line with signals",
+        "links with signals at their end that vehicles came to",
+    ),
+    "arrived_wait_veh_s": Counting(
+        "seconds that the arrived vehicles waited",
+        "`waitingTime` and `departDelay` of the arrived vehicles",
     ),
     "travel_veh_s": Counting(
         "from departure to arrival, or to the end of the run",
@@ -75,10 +83,11 @@ COUNTING: dict[str, Counting] = {
 
 def metrics_markdown() -> str:
     """Return the documentation of all metrics as Markdown (ours)."""
-    lines = ["| metric | column | unit | definition |", "|-|-|-|-|"]
+    lines = ["| metric | column | unit | better | definition |", "|-|-|-|-|-|"]
     lines += [
-        f"| {metric.label} | `{name}` | {metric.unit} | {metric.definition} |"
-        for name, metric in METRICS.items()
+        f"| {each.label}{', in SUMO only' if each.sumo_only else ''} | `{name}` | {each.unit} "
+        f"| {each.better or ''} | {each.meaning} |"
+        for name, each in METRICS.items()
     ]
     lines += [
         "",

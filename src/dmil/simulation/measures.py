@@ -1,8 +1,10 @@
-"""What is measured in a run, by one definition for every simulator."""
+"""What is measured in a run, by one definition for every simulator.
+
+The catalogue `dmil.results.metrics` says what the metrics are called and how they are shown.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -109,80 +111,6 @@ class Measures:
     def stops_per_spawned(self) -> float:
         """Mean number of stops per spawned vehicle."""
         return _ratio(self.stops, self.spawned_veh)
-
-
-@dataclass(frozen=True, slots=True)
-class Metric:
-    """A number that a run is judged by.
-
-    Attributes
-    ----------
-    label: str
-        What tables call it.
-    unit: str
-    definition: str
-        One sentence.
-    of
-        How it follows from the raw counts.
-    """
-
-    label: str
-    unit: str
-    definition: str
-    of: Callable[[Measures], float]
-
-
-METRICS: dict[str, Metric] = {
-    "delay_s": Metric(
-        "delay",
-        "s",
-        "RESCO's average delay: (time loss + departure delay) per spawned vehicle, with those that "
-        "have not arrived or never departed counted up to the end of the run.",
-        lambda m: m.delay_s,
-    ),
-    "travel_time_s": Metric(
-        "travel time",
-        "s",
-        "CityFlow's average travel time: wished departure to arrival per spawned vehicle; those "
-        "that have not arrived count up to the end of the run.",
-        lambda m: m.travel_time_s,
-    ),
-    "wait_per_spawned_s": Metric(
-        "W, waiting",
-        "s",
-        "The paper's W: time halting in queues or waiting outside for room, per spawned vehicle.",
-        lambda m: m.wait_per_spawned_s,
-    ),
-    "mean_queue_veh": Metric(
-        "mean queue",
-        "veh",
-        "Vehicles that wait, averaged over the run.",
-        lambda m: m.mean_queue_veh,
-    ),
-    "throughput_veh_per_h": Metric(
-        "throughput", "veh/h", "Vehicles that arrived, per hour.", lambda m: m.throughput_veh_per_h
-    ),
-    "stops_per_spawned": Metric(
-        "stops",
-        "per vehicle",
-        "Times that a vehicle came to a halt inside the network, per spawned vehicle.",
-        lambda m: m.stops_per_spawned,
-    ),
-    "co2_g": Metric(
-        "CO2", "g", "Carbon dioxide by SUMO's emission model, all vehicles.", lambda m: m.co2_g
-    ),
-    "fuel_g": Metric(
-        "fuel", "g", "Fuel by SUMO's emission model, all vehicles.", lambda m: m.fuel_g
-    ),
-    "person_delay_s": Metric(
-        "delay of persons",
-        "s",
-        "Time that a person who walks stands still, most of it before crossings, per person that "
-        "has departed; those under way count up to the end of the run.",
-        lambda m: m.person_delay_s,
-    ),
-}
-"""Metrics by name, the same for every simulator; NaN where a simulator does not know."""
 
 
 def _ratio(value: float, count: float) -> float:

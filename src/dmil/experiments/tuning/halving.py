@@ -15,9 +15,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from dmil.controllers.entry import Choice, Range
 from dmil.errors import MissingExtraError
 from dmil.experiments.tuning.settings import FACTOR, RUNGS
-from dmil.experiments.tuning.spaces import Choice, Range, Space
+from dmil.experiments.tuning.spaces import Space
 
 AT_ONCE = FACTOR ** (RUNGS - 1)
 """Candidates of a round: in the mean one of them comes to the last rung."""

@@ -1,9 +1,9 @@
 """Search spaces: which options of a controller are tuned, and over which values.
 
 A space is derived from the controller's settings: options with two limits, switches and choices.
-The tables below give the range of those that have no limits, or whose limits are wider than makes
-sense, and leave out what makes a controller another one (its classes of states, what it sees, how
-much it may remember) or another experiment. To tune an option of a new controller, add a line.
+The table below, and the catalogue for one controller, give the range of those that have no limits,
+or whose limits are wider than makes sense. Left out is what makes a controller another one (its
+classes of states, what it sees, how much it may remember) or another experiment.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import typing
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any, Literal
 
 from annotated_types import Ge, Le
@@ -19,44 +19,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from dmil.controllers import CONTROLLERS
-
-Value = bool | int | float | str
-DIGITS = 4
-"""Significant digits of a tuned number: more would only look precise."""
-
-
-@dataclass(frozen=True, slots=True)
-class Range:
-    """Numbers from ``low`` to ``high``, both included.
-
-    Parameters
-    ----------
-    low, high
-        The ends.
-    log
-        Whether equal ratios, not equal steps, are equally likely.
-    whole
-        Whether they are whole numbers.
-    """
-
-    low: float
-    high: float
-    log: bool = False
-    whole: bool = False
-
-    def rounded(self, value: float) -> float:
-        """Return a value with few digits, still within the range."""
-        if self.whole:
-            return int(value)
-        return min(max(float(f"{value:.{DIGITS}g}"), self.low), self.high)
-
-
-@dataclass(frozen=True, slots=True)
-class Choice:
-    """A few values that have no order."""
-
-    values: tuple[Value, ...]
-
+from dmil.controllers.entry import Choice, Range
 
 Space = dict[str, Range | Choice]
 
@@ -79,40 +42,6 @@ RANGES: dict[str, Range | Choice] = {
     "target_period": Range(100, 2000, log=True, whole=True),
 }
 """Ranges of options by name, for every controller that has them."""
-
-_ADAM = Range(1e-4, 1e-2, log=True)
-OWN_RANGES: dict[str, dict[str, Range | Choice | None]] = {
-    "webster": {"min_cycle_s": Range(0, 60), "max_cycle_s": Range(60, 180)},
-    "gap-out": {
-        "min_green_s": Range(0, 20, whole=True),
-        "max_green_s": Range(20, 90, whole=True),
-        "extend_veh": Range(1, 10, whole=True),
-    },
-    "sotl": {
-        "theta_veh_s": Range(1, 200, log=True),
-        "min_green_s": Range(0, 20, whole=True),
-        "mu_veh": Range(0, 5, whole=True),
-    },
-    "factored": {
-        "rate_step": Range(0.005, 0.2, log=True),
-        "trust": Range(0.005, 0.5, log=True),
-        "trust_veh": Range(0.1, 10, log=True),
-        "vehicle": Range(0.5, 8, log=True),
-        "wave": Range(0.0, 2.0),
-    },
-    "dual-memory": {"least_tried": Range(1, 8, log=True, whole=True)},
-    "plmp": {"reach": Range(0, 3, whole=True)},
-    "dqn": {"learning_rate": _ADAM},
-    "dqn-prioritised": {"learning_rate": _ADAM},
-    "dqn-hindsight": {
-        "learning_rate": _ADAM,
-        "goal_veh": Range(1, 20, log=True, whole=True),
-        "relabelled": Range(1, 8, whole=True),
-    },
-    "vdn": {"learning_rate": _ADAM},
-    "nec": {"learning_rate": _ADAM, "value_rate": Range(0.01, 1.0, log=True)},
-}
-"""Ranges that differ for one controller; None leaves an option out."""
 
 NOT_TUNED = {
     "announced",
@@ -150,7 +79,7 @@ def search_space(controller: str, fixed: Mapping[str, object] | None = None) -> 
     entry = CONTROLLERS.get(controller)
     if entry is None or entry.settings is None:
         return {}
-    own = OWN_RANGES.get(controller, {})
+    own = entry.ranges
     space: Space = {}
     for name, field in entry.settings.model_fields.items():
         if name in NOT_TUNED or name in (fixed or {}):

@@ -19,18 +19,6 @@ WAIT = "wait_per_spawned_s"
 DIVERGED = "DivergedError"
 """What the status of a diverged run begins with."""
 
-_MEASURES = (
-    WAIT,
-    "delay_s",
-    "travel_time_s",
-    "mean_queue_veh",
-    "throughput_veh_per_h",
-    "entries_per_agent",
-    "entries_total",
-    "bytes_total",
-    "decisions_until_better",
-)
-
 
 @dataclass(frozen=True)
 class Arranged:
@@ -113,7 +101,6 @@ def arranged(results: Results) -> Arranged:
     known = set(runs.filter(pl.col("reward").is_not_null())["controller"])
     size = dict(runs.select("cell", "intersections").iter_rows())
 
-    measures = (*_MEASURES, "bytes_per_intersection", "us_per_decision")
     planned = panel.flags(pl.repeat(True, runs.height, eager=True))
     return Arranged(
         tuple(cells),
@@ -122,7 +109,7 @@ def arranged(results: Results) -> Arranged:
         tuple(name in known for name in controllers),
         tuple(seeds),
         np.array([size[cell] for cell in cells], np.float64),
-        {name: panel.values(runs[name]) for name in measures},
+        panel.measures(runs, but=("seed",)),
         planned,
         planned & ~panel.flags(runs["ok"]),
         panel.flags(runs["diverged"]),

@@ -10,7 +10,7 @@ import polars as pl
 from dmil.reports.marks import Chart, dots, heading, values
 from dmil.reports.theme import FAINT
 from dmil.studies.memories.names import cell_label, controller_name
-from dmil.studies.memories.style import dashes, log_field, named, palette, vertical_at
+from dmil.studies.memories.style import colour_of, dashes, log_field, named, palette, vertical_at
 
 _PANEL = (205, 130)
 _ACROSS = 3
@@ -79,7 +79,7 @@ def ablation_chart(ablation: pl.DataFrame, subject: str) -> Chart | None:
     order = data["name"].to_list()
     layers = dots(
         alt.Y("name:N", title=None, sort=order, axis=alt.Axis(grid=True, labelLimit=300)),
-        alt.Color("name:N", scale=alt.Scale(domain=order, range=["#D55E00"]), legend=None),
+        alt.Color("name:N", scale=alt.Scale(domain=order, range=[colour_of(subject)]), legend=None),
         f"difference to {controller_name(subject)} in waiting time (%)",
         format="+.1f",
     )

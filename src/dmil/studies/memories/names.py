@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from dmil.reports.labels import short_label
+
 MAX_PRESSURE = "max-pressure"
 LONGEST_QUEUE = "longest-queue-first"
 LONGEST_QUEUE_APPROACHING = "longest-queue-first,approaching=true"
@@ -22,18 +24,6 @@ _SHORT = {
     "approaching=true": " + approaching",
     "embedding=complex": ", complex classes",
 }
-_CONTROLLERS = {
-    "longest-queue-first": "longest queue",
-    "dual-memory": "dual memory",
-    "fixed-cycle": "fixed cycle",
-    "gap-out": "gap-out",
-    "foresight": "foresight (planner)",
-    "webster": "Webster",
-    "dqn": "DQN",
-    "dqn-prioritised": "DQN, prioritised replay",
-    "dqn-hindsight": "DQN, hindsight replay",
-}
-_UPPER = {"sarsa", "sotl", "mfec", "nec", "plmp", "vdn"}
 
 
 def cell_name(scenario: str, load: float | None) -> str:
@@ -60,6 +50,5 @@ def cell_label(name: str) -> str:
 def controller_name(label: str) -> str:
     """Return a controller as a reader should see it: "longest queue + approaching" (ours)."""
     name, *options = label.split(",")
-    shown = name.upper() if name in _UPPER else _CONTROLLERS.get(name, name)
     parts = [_SHORT.get(each, ", " + each.replace("epsilon=0.", "ε .")) for each in options]
-    return "".join([shown, *parts])
+    return "".join([short_label(name), *parts])

@@ -13,31 +13,22 @@ from dmil.studies.memories.settings import MemoriesStudySettings
 
 PRESET = "memories"
 REFERENCE = "max-pressure"
-ONE_INTERSECTION = ("foresight",)
-"""Controllers that plan for a single intersection only."""
-DEEP = ("dqn", "dqn-prioritised", "dqn-hindsight", "nec", "vdn")
-CONTENDERS = (
-    "random",
-    "fixed-cycle",
-    "webster",
-    "gap-out",
-    "sotl",
-    "longest-queue-first",
-    "longest-queue-first,approaching=true",
-    REFERENCE,
-    "max-pressure,approaching=true",
-    "foresight",
-    "sarsa,epsilon=0.05",
-    "sarsa,embedding=complex,epsilon=0.05",
-    "dual-memory,epsilon=0.05",
-    "mfec",
-    "plmp",
-    *DEEP,
-    "factored",
-    "lookahead",
+DEEP = tuple(name for name, entry in CONTROLLERS.items() if entry.family == "deep")
+_AT_LAST = ("nec", "vdn", "factored", "lookahead")
+_VARIANTS = {
+    "longest-queue-first": ("longest-queue-first", "longest-queue-first,approaching=true"),
+    REFERENCE: (REFERENCE, "max-pressure,approaching=true"),
+    "sarsa": ("sarsa,epsilon=0.05", "sarsa,embedding=complex,epsilon=0.05"),
+    "dual-memory": ("dual-memory,epsilon=0.05",),
+}
+CONTENDERS = tuple(
+    variant
+    for name in (*(each for each in CONTROLLERS if each not in _AT_LAST), *_AT_LAST)
+    if not CONTROLLERS[name].shows_plan
+    for variant in _VARIANTS.get(name, (name,))
 )
-"""Who runs by default. The paper's agents explore as little as the other rivals do: with its ε of
-.6 and .4 they would choose at random half of the time."""
+"""Who runs by default: all but plans, which grids have not. The paper's agents explore as little as
+the other rivals do: with its ε of .6 and .4 they would choose at random half of the time."""
 ABLATIONS = (
     "factored,approaching=false",
     "factored,rates=false",
@@ -128,8 +119,8 @@ def units(settings: MemoriesStudySettings) -> list[MemoriesUnit]:
 
 def fits(label: str, cell: Cell) -> bool:
     """Tell whether a controller can run in a cell (ours)."""
-    single = cell.scenario.partition("/")[0] == "grid:1x1"
-    return single or parse_variant(label).name not in ONE_INTERSECTION
+    entry = CONTROLLERS.get(parse_variant(label).name)
+    return not (entry and entry.oracle) or cell.scenario.partition("/")[0] == "grid:1x1"
 
 
 def options_of(settings: MemoriesStudySettings, label: str) -> dict[str, Any]:

@@ -9,48 +9,12 @@ from typing import TypeVar
 import altair as alt
 import polars as pl
 
+from dmil.controllers.variants import parse_variant
+from dmil.reports.styles import colour, dash
 from dmil.reports.theme import INK
 from dmil.studies.memories.names import cell_label, controller_name
 
 Axis = TypeVar("Axis", alt.X, alt.Y)
-
-#: By family, mostly from Okabe and Ito's palette: ours red and pink, the paper's agents yellow,
-#: episodic green, replay blue, teams purple; rules in grey.
-COLOURS: dict[str, str] = {
-    "factored": "#D55E00",
-    "lookahead": "#EE3377",
-    "sarsa": "#E69F00",
-    "dual-memory": "#B8860B",
-    "mfec": "#009E73",
-    "nec": "#00684C",
-    "plmp": "#7CB518",
-    "dqn": "#0072B2",
-    "dqn-prioritised": "#56B4E9",
-    "dqn-hindsight": "#8FA9D0",
-    "vdn": "#CC79A7",
-    "foresight": "#222222",
-    "longest-queue-first": "#6b6b6b",
-    "max-pressure": "#7a7a7a",
-    "webster": "#9c9c9c",
-    "gap-out": "#9c9c9c",
-    "sotl": "#9c9c9c",
-    "fixed-cycle": "#b5b5b5",
-    "random": "#b5b5b5",
-}
-APPROACHING = "#222222"
-"""Longest queue that sees approaching vehicles: the honest baseline, in ink."""
-_DASHES = {
-    "lookahead": [5, 3],
-    "dual-memory": [5, 3],
-    "nec": [5, 3],
-    "plmp": [2, 2],
-    "dqn-hindsight": [2, 2],
-    "dqn-prioritised": [5, 3],
-    "webster": [5, 3],
-    "sotl": [2, 2],
-    "random": [2, 2],
-}
-
 
 _TICKS = (
     (1.0,),
@@ -103,11 +67,9 @@ def vertical_at(x: float) -> alt.Chart:
 
 
 def colour_of(label: str) -> str:
-    """Return a controller's colour; its options do not change it, but for approaching vehicles."""
-    name, _, options = label.partition(",")
-    if name == "longest-queue-first" and "approaching" in options:
-        return APPROACHING
-    return COLOURS.get(name, "#AA3377")
+    """Return the colour of a controller with its options."""
+    variant = parse_variant(label)
+    return colour(variant.name, [*variant.options, *map(str, variant.options.values())])
 
 
 def palette(labels: Sequence[str]) -> dict[str, str]:
@@ -121,7 +83,7 @@ def dashes(labels: Sequence[str]) -> dict[str, list[int]]:
     for label in labels:
         name, _, options = label.partition(",")
         dotted = bool(options) and options != "epsilon=0.05"
-        found[controller_name(label)] = [2, 2] if dotted else _DASHES.get(name, [1, 0])
+        found[controller_name(label)] = [2, 2] if dotted else dash(name)
     return found
 
 

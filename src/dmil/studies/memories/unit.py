@@ -22,6 +22,7 @@ from dmil.experiments.trial import (
     measures_row,
     series_rows,
 )
+from dmil.results.metrics import EPISODE
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
 from dmil.simulation import QueueSimulator
@@ -159,15 +160,8 @@ def _identity(settings: MemoriesStudySettings, unit: MemoriesUnit) -> Row:
 
 
 def _episode(number: int, run: Run) -> Row:
-    return {
-        "episode": number,
-        "delay_s": run.measures.delay_s,
-        "travel_time_s": run.measures.travel_time_s,
-        "wait_per_spawned_s": run.measures.wait_per_spawned_s,
-        "mean_queue_veh": run.measures.mean_queue_veh,
-        "entries_per_agent": run.memory[-1].entries,
-        "bytes_total": run.memory[-1].bytes_total,
-    }
+    row = measures_row(run.measures, run.memory[-1])
+    return {"episode": number} | {name: row[name] for name in EPISODE}
 
 
 def _thinned(rows: list[Row]) -> list[Row]:

@@ -9,7 +9,7 @@ import altair as alt
 import polars as pl
 
 from dmil.analysis.panel import ordered
-from dmil.reports.labels import architecture_label, controller_label, family
+from dmil.reports.labels import architecture_label, controller_label
 from dmil.reports.marks import (
     RULES,
     Chart,
@@ -20,8 +20,8 @@ from dmil.reports.marks import (
     reference_rules,
     values,
 )
+from dmil.reports.styles import colour, colours_by_label
 from dmil.reports.theme import (
-    COLOURS,
     FAINT,
     INK,
     PANEL,
@@ -30,10 +30,23 @@ from dmil.reports.theme import (
     colours,
 )
 from dmil.studies.paper.cells import BASELINES, REWARD_ORDER
-from dmil.studies.paper.published import PAPER_COLUMNS, scenario_label
+from dmil.studies.paper.published import (
+    COMPLEX,
+    COMPLEX_COMMUNICATION,
+    NO_MEMORY,
+    PAPER_COLUMNS,
+    SIMPLE,
+    scenario_label,
+)
 
 _PANEL_ENDING = " reward"
-_FAMILIES = ("SARSA on exact states", "SARSA on classes", "Dual memory")
+COLOURS: dict[str, str] = colours_by_label() | {
+    NO_MEMORY: colour("sarsa"),
+    SIMPLE: colour("dual-memory", ["simple"]),
+    COMPLEX: colour("dual-memory"),
+    COMPLEX_COMMUNICATION: colour("dual-memory"),
+}
+"""Colours of controllers and the paper's columns."""
 
 
 def all_architectures(summary: pl.DataFrame, preset: str, scenario: str) -> Chart | None:
@@ -53,22 +66,20 @@ def all_architectures(summary: pl.DataFrame, preset: str, scenario: str) -> Char
         low="w_over_vc_low",
         high="w_over_vc_high",
         architecture=pl.Series([architecture_label(row) for row in records]),
-        family=pl.Series([family(row) for row in records]),
+        kind=pl.Series([f"{controller_label(r['controller'])} {r['embedding']}" for r in records]),
     )
     names = data["architecture"].unique(maintain_order=True).to_list()
     rewards = ordered(learned["reward"].unique().to_list(), REWARD_ORDER)
-    families = ordered(data["family"].unique().to_list(), _FAMILIES)
+    kinds = data["kind"].unique(maintain_order=True).to_list()
     rules = _rules(summary, preset, scenario).join(
         pl.DataFrame({"panel": _panels(rewards)}), how="cross"
     )
     y = alt.Y("architecture:N", title=None, sort=names, axis=alt.Axis(grid=True, labelLimit=260))
-    colour = alt.Color(
-        "family:N",
-        scale=alt.Scale(domain=families, range=colours(families, COLOURS)),
-        legend=alt.Legend(title=None, orient="bottom"),
+    hue = alt.Color(
+        "kind:N", scale=alt.Scale(domain=kinds, range=colours(kinds, COLOURS)), legend=None
     )
     return (
-        alt.layer(reference_rules(), *dots(y, colour))
+        alt.layer(reference_rules(), *dots(y, hue))
         .properties(width=PANEL, height=15 * len(names))
         .facet(
             column=panels_across("panel", _panels(rewards)),
@@ -110,7 +121,7 @@ def paper_against_ours(table: pl.DataFrame, preset: str) -> Chart | None:
     )
     order = list(PAPER_COLUMNS)
     y = alt.Y("column:N", title=None, sort=order, axis=alt.Axis(grid=True))
-    colour = alt.Color(
+    hue = alt.Color(
         "column:N", scale=alt.Scale(domain=order, range=colours(order, COLOURS)), legend=None
     )
     paper = (
@@ -120,7 +131,7 @@ def paper_against_ours(table: pl.DataFrame, preset: str) -> Chart | None:
         .encode(x="paper_mean:Q", y=y, tooltip=[alt.Tooltip("paper_mean:Q", title="paper")])
     )
     return (
-        alt.layer(reference_rules(), *dots(y, colour), paper)
+        alt.layer(reference_rules(), *dots(y, hue), paper)
         .properties(width=PANEL, height=72)
         .facet(
             row=panels_down("label", grids),
@@ -167,7 +178,7 @@ def against_max_pressure(summary: pl.DataFrame, preset: str) -> Chart | None:
     data = data.with_columns(slot=pl.col("reward").replace({"none": middle}))
     order = [*PAPER_COLUMNS, *(controller_label(name) for name in BASELINES)]
     palette = {**REWARD_COLOURS, "none": INK}
-    colour = alt.Color(
+    hue = alt.Color(
         "reward:N",
         scale=alt.Scale(domain=rewards, range=colours(rewards, palette)),
         legend=alt.Legend(title="reward", orient="bottom", titleOrient="left"),
@@ -177,7 +188,7 @@ def against_max_pressure(summary: pl.DataFrame, preset: str) -> Chart | None:
     zero = alt.Chart().mark_rule(color=FAINT, strokeWidth=1).encode(x=alt.datum(0))
     grids = data["label"].unique(maintain_order=True).to_list()
     return (
-        alt.layer(zero, *dots(y, colour, "W/Vc against max-pressure (%)", offset, "+.1f"))
+        alt.layer(zero, *dots(y, hue, "W/Vc against max-pressure (%)", offset, "+.1f"))
         .properties(width=PANEL, height=alt.Step(8))
         .facet(column=panels_across("label", grids), data=values(data))
         .properties(
@@ -207,13 +218,13 @@ def preset_sensitivity(table: pl.DataFrame) -> Chart | None:
     rewards = ordered(table["reward"].unique().to_list(), REWARD_ORDER)
     grids = data["label"].unique(maintain_order=True).to_list()
     y = alt.Y("column:N", title=None, sort=list(PAPER_COLUMNS), axis=alt.Axis(grid=True))
-    colour = alt.Color(
+    hue = alt.Color(
         "preset:N",
         scale=alt.Scale(domain=presets, range=colours(presets, PRESET_COLOURS)),
         legend=alt.Legend(title="preset", orient="bottom", titleOrient="left"),
     )
     return (
-        alt.layer(*dots(y, colour, offset=alt.YOffset("preset:N", sort=presets)))
+        alt.layer(*dots(y, hue, offset=alt.YOffset("preset:N", sort=presets)))
         .properties(width=PANEL, height=alt.Step(7))
         .facet(
             row=panels_down("label", grids),

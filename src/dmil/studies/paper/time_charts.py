@@ -13,14 +13,14 @@ import polars as pl
 from dmil.analysis.panel import ordered
 from dmil.reports.labels import controller_label
 from dmil.reports.marks import RULES, Chart, heading, lines
-from dmil.reports.theme import COLOURS, REWARD_COLOURS
+from dmil.reports.styles import dashes_by_label
+from dmil.reports.theme import REWARD_COLOURS
+from dmil.studies.paper.cell_charts import COLOURS
 from dmil.studies.paper.cells import REWARD_ORDER
 from dmil.studies.paper.published import PAPER_COLUMNS, scenario_label
 from dmil.theory import StagingRule, size_bounds
 
-_DASHES = {
-    "longest queue first": [2, 2],
-    "max-pressure": [5, 3],
+_DASHES = dashes_by_label() | {
     "Complex + communication": [7, 3],
     "diffusion": [7, 3],
     "most possible, SARSA": [2, 2],

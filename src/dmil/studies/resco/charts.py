@@ -12,7 +12,8 @@ import polars as pl
 
 from dmil.reports.labels import contender_label, network_label, simulator_label
 from dmil.reports.marks import Chart, dots, heading, values
-from dmil.reports.theme import CONTENDER_COLOURS, FAINT, INK, SIMULATOR_COLOURS, colours
+from dmil.reports.styles import colours_by_label
+from dmil.reports.theme import FAINT, INK, SIMULATOR_COLOURS, colours
 from dmil.studies.resco.agreement import AFTER, BEFORE
 from dmil.studies.resco.published import METRIC
 
@@ -64,7 +65,7 @@ def labelled(table: pl.DataFrame) -> pl.DataFrame:
 
 def contender_colours(names: Sequence[str]) -> list[str]:
     """Return the colour of each label; communication does not change it (ours)."""
-    return colours([name.removesuffix(SUFFIX) for name in names], CONTENDER_COLOURS)
+    return colours([name.removesuffix(SUFFIX) for name in names], colours_by_label())
 
 
 def contender_marks(names: Sequence[str]) -> tuple[alt.Color, alt.Shape]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from dmil.analysis.panel import EMBEDDING_ORDER, check_distinct, check_success, ordered, panel_of
 from dmil.results import Results
+from dmil.studies.resco.plan import BASELINES, LEARNERS
 
 Values = NDArray[np.float64]
 
@@ -22,16 +23,7 @@ JUDGES = ("sumo", "sumo-meso")
 QUEUES = ("queue", "queue-calibrated")
 SIMULATOR_ORDER = (*JUDGES, "queue-calibrated", "queue")
 REFERENCE = "max-pressure"
-CONTROLLER_ORDER = (
-    "program",
-    "actuated",
-    "fixed-cycle",
-    "longest-queue-first",
-    REFERENCE,
-    "random",
-    "sarsa",
-    "dual-memory",
-)
+CONTROLLER_ORDER = (*BASELINES, *dict.fromkeys(name for name, *_ in LEARNERS))
 
 
 @dataclass(frozen=True, slots=True)

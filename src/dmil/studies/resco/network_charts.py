@@ -8,9 +8,10 @@ from __future__ import annotations
 import altair as alt
 import polars as pl
 
-from dmil.reports.labels import network_label, simulator_label
+from dmil.reports.labels import controller_label, network_label, simulator_label
 from dmil.reports.marks import Chart, dots, heading, lines, values
-from dmil.reports.theme import CONTENDER_COLOURS, FAINT, INK, SIMULATOR_COLOURS, colours
+from dmil.reports.styles import colours_by_label, dash, dashes_by_label
+from dmil.reports.theme import FAINT, INK, SIMULATOR_COLOURS, colours
 from dmil.studies.resco.charts import (
     DELAY,
     SUFFIX,
@@ -26,7 +27,7 @@ from dmil.studies.resco.contenders import SIMULATOR_ORDER
 from dmil.studies.resco.published import METHODS, METRIC
 
 _SIZE = (430, 230)
-_RULES = {"max-pressure": [6, 3], "longest queue first": [2, 2]}
+_RULES = {controller_label(name): dash(name) for name in ("max-pressure", "longest-queue-first")}
 _PUBLISHED = {f"published {method}": INK for method in METHODS}
 
 
@@ -88,7 +89,7 @@ def training_curves(
         pl.col("episode").cast(chosen.schema["episode"]), low="mean", high="mean"
     )
     names = [*learners, *rules]
-    palette = [*contender_colours(learners), *colours(list(rules), CONTENDER_COLOURS | _PUBLISHED)]
+    palette = [*contender_colours(learners), *colours(list(rules), colours_by_label() | _PUBLISHED)]
     return lines(
         pl.concat([chosen, flat.select(chosen.columns)]) if rules else chosen,
         names,
@@ -193,8 +194,6 @@ def delay_and_memory(scores: pl.DataFrame, scenario: str, judge: str) -> Chart |
 
 
 def dashes(names: list[str]) -> dict[str, list[int]]:
-    """Return a dash for each label: short for baselines, long for communication (ours)."""
-    learners = {name for name in CONTENDER_COLOURS if name[0].isupper()}
-    return {
-        name: [7, 3] if SUFFIX in name else [1, 0] if name in learners else [2, 2] for name in names
-    }
+    """Return a dash for each label: the rules' own, long for communication (ours)."""
+    own = dashes_by_label()
+    return {name: [7, 3] if SUFFIX in name else own.get(name, [1, 0]) for name in names}

@@ -17,6 +17,7 @@ from dmil.reports.html import check_preset, environment, shared_values
 from dmil.reports.labels import contender_label, counted, network_label, simulator_label
 from dmil.reports.network_chart import network_chart
 from dmil.results import Results
+from dmil.results.metrics import METRICS, NETWORK_PAGE
 from dmil.studies.resco.contenders import JUDGES
 from dmil.studies.resco.figures import GOAL, figures_of_network, figures_of_study
 from dmil.studies.resco.files import agreement_latex, delay_latex
@@ -29,19 +30,6 @@ PAGES = "scenarios"
 LIBRARY = f"{PAGES}/charts.js"
 """Script that draws figures; the networks' pages share it."""
 FEW_SEEDS = 8
-
-#: Columns of a network's table: metric, head, factor, digits.
-METRIC_COLUMNS: tuple[tuple[str, str, float, int], ...] = (
-    ("delay_s", "delay, s", 1.0, 1),
-    ("travel_time_s", "travel time, s", 1.0, 1),
-    ("wait_per_spawned_s", "waiting, s", 1.0, 1),
-    ("stops_per_spawned", "stops per vehicle", 1.0, 2),
-    ("mean_queue_veh", "mean queue, veh", 1.0, 1),
-    ("throughput_veh_per_h", "arrived, veh/h", 1.0, 0),
-    ("co2_g", "CO2, kg", 1e-3, 0),
-    ("fuel_g", "fuel, kg", 1e-3, 0),
-    ("overruled", "requests overruled", 1.0, 0),
-)
 
 
 class RescoReport:
@@ -178,7 +166,7 @@ class RescoReport:
         return {
             "scenario": scenario,
             "facts": facts,
-            "columns": [column for column in METRIC_COLUMNS if column[0] in present],
+            "columns": {name: METRICS[name] for name in NETWORK_PAGE if name in present},
             "metrics": _by(here, "contender", "simulator", "metric"),
             "metric": METRIC,
             "training": _by(

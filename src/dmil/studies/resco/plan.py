@@ -10,7 +10,6 @@ from dmil.studies.resco.settings import RescoStudySettings
 
 PRESET = "resco"
 BASELINES = ("program", "actuated", "longest-queue-first", "max-pressure", "random")
-SUMO_ONLY = ("actuated",)
 LEARNERS: tuple[tuple[str, str, bool], ...] = (
     ("sarsa", "exact", False),
     *(
@@ -49,7 +48,8 @@ class ContenderUnit:
 
     def simulators(self, settings: RescoStudySettings) -> tuple[str, ...]:
         """Return the names of the simulators that it is judged in."""
-        return settings.simulators[:1] if self.controller in SUMO_ONLY else settings.simulators
+        sumo_only = CONTROLLERS[self.controller].sumo_only
+        return settings.simulators[:1] if sumo_only else settings.simulators
 
 
 def units(settings: RescoStudySettings) -> list[ContenderUnit]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
+from dmil.results.metrics import METRICS, SCORES
 from dmil.seeding import stream
 from dmil.statistics import (
     Estimate,
@@ -16,20 +17,6 @@ from dmil.statistics import (
 )
 from dmil.studies.resco.contenders import REFERENCE, Judged, Values
 
-#: Metrics in the tables, and whether less is better (None: neither is).
-BETTER_LOW: dict[str, bool | None] = {
-    "delay_s": True,
-    "travel_time_s": True,
-    "wait_per_spawned_s": True,
-    "stops_per_spawned": True,
-    "mean_queue_veh": True,
-    "throughput_veh_per_h": False,
-    "co2_g": True,
-    "fuel_g": True,
-    "overruled": None,
-    "entries_per_agent": None,
-    "bytes_total": None,
-}
 FEWEST_FOR_IQM = 8
 """Seeds from which on the interquartile mean of one network says more than the mean."""
 
@@ -45,7 +32,7 @@ def scores(runs: Judged) -> pl.DataFrame:
     it is better than max-pressure, equal ones half; ``among_best``: whether the paired interval of
     its difference to the best mean does not show it to be worse (null with one seed).
     """
-    return pl.concat(_of_metric(runs, metric) for metric in BETTER_LOW).filter(pl.col("n") > 0)
+    return pl.concat(_of_metric(runs, metric) for metric in SCORES).filter(pl.col("n") > 0)
 
 
 def interval_columns(
@@ -75,20 +62,20 @@ def _of_metric(runs: Judged, metric: str) -> pl.DataFrame:
     numbers = np.full(shape[:2], -1 if reference is None else reference)
     difference = _against(values, numbers, metric)
     frame = frame.with_columns(**interval_columns(difference, "difference", "difference_"))
-    low = BETTER_LOW[metric]
-    if low is None or reference is None:
+    better = METRICS[metric].better
+    sign = -1.0 if better == "more" else 1.0
+    if better is None or reference is None:
         frame = frame.with_columns(share_better=pl.lit(None, pl.Float64))
     else:
-        sign = 1.0 if low else -1.0
         won = wins(sign * values, sign * values[:, :, [reference]])
         won[:, :, reference] = np.nan
         frame = frame.with_columns(share_better=_mean(won))
-    if low is None:
+    if better is None:
         return frame.with_columns(among_best=pl.lit(None, pl.Boolean))
-    means = found.value.reshape(shape) * (1.0 if low else -1.0)
+    means = sign * found.value.reshape(shape)
     best = np.argmin(np.where(np.isnan(means), np.inf, means), axis=2)
     gap = _against(values, best, metric)
-    worst_end = gap.low if low else -gap.high
+    worst_end = -gap.high if better == "more" else gap.low
     # Where nothing varies the interval has no width; a rounding error is no difference.
     unshown = pl.Series(worst_end).fill_nan(None) <= 1e-9
     return frame.with_columns(among_best=unshown)

@@ -2,9 +2,9 @@ import sys
 
 import pytest
 
+from dmil.controllers.entry import Choice, Range
 from dmil.errors import MissingExtraError
 from dmil.experiments.tuning.halving import halve
-from dmil.experiments.tuning.spaces import Choice, Range
 from dmil.seeding import stream
 
 pytest.importorskip("optuna", reason="needs the extra tune")

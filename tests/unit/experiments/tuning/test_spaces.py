@@ -4,10 +4,9 @@ import pytest
 from pydantic import BaseModel, Field
 
 from dmil.controllers import CONTROLLERS, make_settings
-from dmil.controllers.registry import Entry
+from dmil.controllers.entry import Entry
 from dmil.experiments.tuning.spaces import (
     NOT_TUNED,
-    OWN_RANGES,
     RANGES,
     Choice,
     Range,
@@ -42,8 +41,8 @@ def test_no_line_of_the_tables_is_for_nothing():
         for name, entry in CONTROLLERS.items()
     }
     assert RANGES.keys() | NOT_TUNED <= set().union(*fields.values())
-    for name, own in OWN_RANGES.items():
-        assert own.keys() <= fields[name]
+    for name, entry in CONTROLLERS.items():
+        assert entry.ranges.keys() <= fields[name]
 
 
 def test_options_that_are_set_are_left_out():
@@ -71,7 +70,7 @@ class Made(BaseModel):
 
 
 def test_limits_switches_and_choices_are_derived(monkeypatch):
-    monkeypatch.setitem(CONTROLLERS, "made", Entry(None, Made, False, ""))
+    monkeypatch.setitem(CONTROLLERS, "made", Entry(None, Made, ""))
     assert search_space("made") == {
         "fast": Choice((False, True)),
         "mode": Choice(("a", "b")),
@@ -79,7 +78,8 @@ def test_limits_switches_and_choices_are_derived(monkeypatch):
         "count": Range(1, 9, whole=True),
         "learning_rate": RANGES["learning_rate"],
     }
-    monkeypatch.setitem(OWN_RANGES, "made", {"share": None, "endless": Range(1, 5, whole=True)})
+    own = {"share": None, "endless": Range(1, 5, whole=True)}
+    monkeypatch.setitem(CONTROLLERS, "made", Entry(None, Made, "", ranges=own))
     space = search_space("made")
     assert "share" not in space and space["endless"] == Range(1, 5, whole=True)
 

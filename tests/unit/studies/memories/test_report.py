@@ -9,6 +9,7 @@ import pytest
 from dmil.errors import UnknownNameError
 from dmil.reports.export import embedded
 from dmil.reports.point_labels import label_places
+from dmil.reports.styles import colours_by_label
 from dmil.reports.theme import DARK_BACKGROUND
 from dmil.results import Results
 from dmil.studies.memories.figures import DARK, figures_of_study
@@ -134,9 +135,10 @@ def test_another_preset_is_refused(study):
         write_report(study, preset="literal", pictures=False)
 
 
-def test_controllers_with_options_have_the_colour_of_their_name():
+def test_options_change_dashes_and_only_shades_of_the_catalogue_change_colours():
     found = palette(list(CONTROLLERS))
-    assert found["SARSA, ε .05"] == found["SARSA, complex classes, ε .05"]
+    assert found["dual memory, ε .05"] == palette(["dual-memory"])["dual memory"]
+    assert found["SARSA, complex classes, ε .05"] == colours_by_label()["SARSA complex"]
     assert found["longest queue"] != found["longest queue + approaching"]
     strokes = dashes(list(CONTROLLERS))
     assert strokes["SARSA, ε .05"] != strokes["SARSA, complex classes, ε .05"]
