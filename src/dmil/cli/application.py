@@ -20,12 +20,12 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-import dmil
 from dmil.cli.help import CommandGroup
 from dmil.cli.terminal import print_error, print_json, say
 from dmil.errors import DmilError
 from dmil.importing import only
 from dmil.parallel.worker_server import start_worker_server
+from dmil.version import __version__
 
 COMMANDS = {
     "study": "Run a whole study, such as the paper's, and write its report.",
@@ -236,7 +236,7 @@ def _overview(
     0 all went well, 1 something failed or was stopped, 2 your input cannot be used.
     """
     if version:
-        typer.echo(f"dmil {dmil.__version__}")
+        typer.echo(f"dmil {__version__}")
         raise typer.Exit
     if ctx.invoked_subcommand is None:
         ctx.get_help()

@@ -11,20 +11,17 @@ from pydantic import Field
 from rich import box
 from rich.table import Table
 
-from dmil.cli.building import built
+from dmil.cli.building import built, compile_first
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
-    complete_scenario,
-    files_as_settings,
     recipe_of,
+    scenario_command,
 )
 from dmil.cli.help import Command
 from dmil.cli.measures import number
-from dmil.cli.parameters import Option, settings_command
+from dmil.cli.parameters import Option
 from dmil.cli.terminal import print_json, progress, say, show, waiting
-from dmil.compilation import is_cold
 from dmil.errors import InputError
-from dmil.experiments.warm_up import compile_kernels
 from dmil.scenarios import Scenario
 from dmil.scenarios.calibration import Calibration
 from dmil.scenarios.names import shown
@@ -61,14 +58,8 @@ OPTIONS = (
 app = typer.Typer(add_completion=False)
 
 
-def _complete(settings: CalibrateParameters) -> CalibrateParameters:
-    return settings.model_copy(update=complete_scenario(settings))
-
-
 @app.command(name="calibrate", cls=Command)
-@settings_command(
-    "calibrate", CalibrateParameters, OPTIONS, complete=_complete, files=files_as_settings
-)
+@scenario_command("calibrate", CalibrateParameters, OPTIONS)
 def command(settings: CalibrateParameters, json: bool) -> None:
     """Measure in one run of SUMO what the queue simulator should use.
 
@@ -96,9 +87,7 @@ def command(settings: CalibrateParameters, json: bool) -> None:
     found.save(settings.out)
     compared: list[Agreement] = []
     if settings.seeds:
-        if is_cold():
-            with waiting("First start: compiling kernels, once …"):
-                compile_kernels()
+        compile_first()
         programs = all(item.program for item in scenario.network.intersections)
         controllers = (("program",) if programs else ()) + COMPARED
         with progress("runs") as advance:

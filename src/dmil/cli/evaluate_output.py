@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import polars as pl
 
+from dmil.cli.contenders import EvaluateParameters
 from dmil.cli.evaluate_table import DIFFERENCES
 from dmil.cli.measures import UNFINISHED, own_or_s
 from dmil.controllers import CONTROLLERS
@@ -18,9 +19,6 @@ from dmil.experiments.comparison import REFERENCE, Comparison
 from dmil.files import write_atomically
 from dmil.scenarios import Scenario
 from dmil.statistics import Estimate
-
-if TYPE_CHECKING:
-    from dmil.cli.evaluate import EvaluateParameters
 
 UNDRIVABLE = ("unknown-road", "no-way", "one-road")
 ONLINE = tuple(name for name, entry in CONTROLLERS.items() if entry.online)

@@ -145,6 +145,11 @@ def set_option(panel: str, *, help: str, example: str, path: str = "") -> Option
     return Option(path, SET, panel, "KEY=VALUE", many=True, help=whole, assigns=True)
 
 
+def part_of(settings: BaseModel, kind: type[Model]) -> Model:
+    """Return the part of a command's settings that is of another class."""
+    return kind(**{name: getattr(settings, name) for name in kind.model_fields})
+
+
 def split(text: str) -> list[str]:
     """Split at commas."""
     return [part.strip() for part in text.split(",") if part.strip()]

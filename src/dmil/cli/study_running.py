@@ -9,7 +9,8 @@ from typing import Any
 import typer
 from pydantic import BaseModel, Field
 
-from dmil.cli.application import FAILED, StoppedError
+from dmil.cli.application import FAILED
+from dmil.cli.building import stopping
 from dmil.cli.parameters import Option
 from dmil.cli.terminal import Progress, print_json, progress, say, show, show_lines, waiting
 from dmil.compilation import is_cold
@@ -93,13 +94,9 @@ def run_and_show(study: Study[Any], settings: Any, as_json: bool) -> None:
 
 def _run(study: Study[Any], settings: Any) -> None:
     executor = settings.make_executor()
-    with progress("blocks", first_word="starting") as advance:
-        try:
-            run_study(study, settings.out, executor=executor, progress=_telling(advance))
-        except KeyboardInterrupt:
-            raise StoppedError(
-                f"what is finished is kept in {settings.out}; the same command continues"
-            ) from None
+    kept = f"what is finished is kept in {settings.out}; the same command continues"
+    with stopping(kept), progress("blocks", first_word="starting") as advance:
+        run_study(study, settings.out, executor=executor, progress=_telling(advance))
 
 
 def _telling(advance: Progress) -> Progress:

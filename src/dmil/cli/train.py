@@ -10,29 +10,25 @@ import typer
 from pydantic import Field
 
 from dmil.cli.application import StoppedError
-from dmil.cli.building import built
+from dmil.cli.building import built, compile_first
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS,
-    ControllerChoice,
     RewardChoice,
     SimulatorChoice,
-    complete_scenario,
-    controller_options,
-    files_as_settings,
     recipe_of,
+    scenario_command,
 )
+from dmil.cli.controller_choice import ControllerChoice, controller_options
 from dmil.cli.help import Command
 from dmil.cli.measures import number
-from dmil.cli.parameters import Option, settings_command
+from dmil.cli.parameters import Option
 from dmil.cli.terminal import print_json, say, show, waiting
 from dmil.cli.train_verdict import as_json, judged, verdict
-from dmil.compilation import is_cold
 from dmil.controllers import CONTROLLERS, MemoryController, make_controller
 from dmil.errors import InputError
 from dmil.experiments.comparison import Comparison
 from dmil.experiments.tuning import load_tuned
-from dmil.experiments.warm_up import compile_kernels
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED
@@ -105,13 +101,8 @@ OPTIONS = (
 app = typer.Typer(add_completion=False)
 
 
-def _complete(settings: TrainParameters) -> TrainParameters:
-    changes = complete_scenario(settings) | {"controller": settings.controller.complete()}
-    return settings.model_copy(update=changes)
-
-
 @app.command(cls=Command)
-@settings_command("train", TrainParameters, OPTIONS, complete=_complete, files=files_as_settings)
+@scenario_command("train", TrainParameters, OPTIONS)
 def train(settings: TrainParameters, json: bool) -> None:
     """Train a controller and save its policy to a file.
 
@@ -151,9 +142,7 @@ def train(settings: TrainParameters, json: bool) -> None:
     rows: list[dict[str, Any]] = []
 
     controller = _checked(settings, options)
-    if is_cold():
-        with waiting("First start: compiling kernels, once …"):
-            compile_kernels()
+    compile_first()
     if before is not None:
         controller = controller_of(before, scenario.network, where=str(settings.resume))
     elif settings.prior and _begins_from_prior(settings.controller.name):

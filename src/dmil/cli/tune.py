@@ -6,32 +6,28 @@ from pathlib import Path
 from typing import Any
 
 import typer
-from pydantic import Field, field_validator
+from pydantic import Field
 
-from dmil.cli.application import StoppedError
-from dmil.cli.building import built
+from dmil.cli.building import built, compile_first, stopping
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS,
-    ControllerChoice,
     RewardChoice,
     SimulatorChoice,
     complete_scenario,
-    controller_options,
-    files_as_settings,
     recipe_of,
+    scenario_command,
 )
+from dmil.cli.controller_choice import Controllers, controller_options
 from dmil.cli.help import Command
 from dmil.cli.measures import number
-from dmil.cli.parameters import Option, settings_command
-from dmil.cli.terminal import print_json, progress, say, show, waiting
-from dmil.compilation import is_cold
+from dmil.cli.parameters import Option, part_of
+from dmil.cli.terminal import print_json, progress, say, show
 from dmil.controllers.variants import Variant
 from dmil.errors import InputError
 from dmil.experiments.tuning import Tuned, TuningSettings, check_tuning
 from dmil.experiments.tuning import tune as tune_one
 from dmil.experiments.tuning.record import ENDING
-from dmil.experiments.warm_up import compile_kernels
 from dmil.parallel import LocalExecutor
 from dmil.scenarios.recipe import ScenarioRecipe
 
@@ -46,7 +42,7 @@ UNITS = {
 class TuneParameters(ScenarioRecipe, SimulatorChoice, RewardChoice, TuningSettings):
     """A tuning of some controllers."""
 
-    controller: tuple[ControllerChoice, ...] = Field(
+    controller: Controllers = Field(
         (), description="Controller to tune; may be repeated. Options given with it stay as given."
     )
     changes: dict[str, Any] = Field({}, description="Options of all controllers that stay.")
@@ -56,17 +52,6 @@ class TuneParameters(ScenarioRecipe, SimulatorChoice, RewardChoice, TuningSettin
     jobs: int | None = Field(
         None, ge=1, description="Parallel processes; by default one per core. Same results."
     )
-
-    @field_validator("controller", mode="before")
-    @classmethod
-    def _several(cls, value: Any) -> Any:
-        return value if isinstance(value, list | tuple) else [value]
-
-    @property
-    def tuning(self) -> TuningSettings:
-        """How much is spent on each, and what for."""
-        names = TuningSettings.model_fields
-        return TuningSettings(**{name: getattr(self, name) for name in names})
 
 
 OPTIONS = (
@@ -88,12 +73,8 @@ OPTIONS = (
 app = typer.Typer(add_completion=False)
 
 
-def _complete(settings: TuneParameters) -> TuneParameters:
-    return settings.model_copy(update=complete_scenario(settings))
-
-
 @app.command(cls=Command)
-@settings_command("tune", TuneParameters, OPTIONS, complete=_complete, files=files_as_settings)
+@scenario_command("tune", TuneParameters, OPTIONS, complete_scenario)
 def tune(settings: TuneParameters, json: bool) -> None:
     """Choose options of controllers on tuning seeds, with the same budget for each.
 
@@ -117,11 +98,9 @@ def tune(settings: TuneParameters, json: bool) -> None:
     variants = {variant.label: variant for variant in chosen}
     if not variants:
         raise InputError("nobody to tune", where="tune", mend="add --controller NAME")
-    recipe = recipe_of(settings)
+    recipe, tuning = recipe_of(settings), part_of(settings, TuningSettings)
     built(recipe)  # what is wrong with the files is said before hours of work, and what is left out
-    if is_cold():
-        with waiting("First start: compiling kernels, once …"):
-            compile_kernels()
+    compile_first()
     found: list[tuple[Path, Tuned]] = []
     paths = {label: settings.out / f"{label}{ENDING}" for label in variants}
     choices: dict[str, Any] = {
@@ -131,25 +110,21 @@ def tune(settings: TuneParameters, json: bool) -> None:
     }
     # What is wrong with the last one shows before the first one has run for hours.
     for label, variant in variants.items():
-        check_tuning(recipe, variant, settings.tuning, paths[label], **choices)
-    with LocalExecutor(settings.jobs) as executor:
+        check_tuning(recipe, variant, tuning, paths[label], **choices)
+    kept = f"all scores are kept in {settings.out}; the same command goes on"
+    with stopping(kept), LocalExecutor(settings.jobs) as executor:
         for label, variant in variants.items():
             path = paths[label]
-            try:
-                with progress(f"runs of {label}") as advance:
-                    tuned = tune_one(
-                        recipe,
-                        variant,
-                        settings.tuning,
-                        path,
-                        **choices,
-                        executor=executor,
-                        progress=advance,
-                    )
-            except KeyboardInterrupt:
-                raise StoppedError(
-                    f"all scores are kept in {settings.out}; the same command goes on"
-                ) from None
+            with progress(f"runs of {label}") as advance:
+                tuned = tune_one(
+                    recipe,
+                    variant,
+                    tuning,
+                    path,
+                    **choices,
+                    executor=executor,
+                    progress=advance,
+                )
             found.append((path, tuned))
             if not json:
                 show(*_lines(tuned, path), "")

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import dmil
 from dmil.doctor import Diagnosis
 from dmil.experiments.answer import METRIC, answer, locked_notes
 from dmil.experiments.comparison import Comparison
@@ -17,6 +16,7 @@ from dmil.reports.html import environment
 from dmil.reports.network_chart import network_chart
 from dmil.reports.theme import DARK
 from dmil.statistics import Estimate
+from dmil.version import __version__
 
 #: Columns of the table: metric, head, factor, digits, whether the difference is shown.
 COLUMNS: tuple[tuple[str, str, float, int, bool], ...] = (
@@ -97,7 +97,7 @@ def write_comparison(
             specs=[(each.name, embedded(each.spec)) for each in (ranking, chart)],
             bundle=script_bundle(),
             dark_colours=DARK,
-            version=dmil.__version__,
+            version=__version__,
         )
     )
     write_file(path, page)

@@ -7,7 +7,9 @@ from functools import lru_cache
 from pathlib import Path
 
 from dmil.controllers import Controller, MemoryController, make_controller
+from dmil.controllers.variants import Variant
 from dmil.demand.resampled import SHIFT_S
+from dmil.experiments.contender import frozen_copy
 from dmil.experiments.trial import (
     Row,
     TrialResult,
@@ -21,8 +23,7 @@ from dmil.scenarios.demand_changes import resampled
 from dmil.simulation import Simulator, make_simulator
 from dmil.studies.resco.plan import ContenderUnit
 from dmil.studies.resco.settings import CALIBRATED, RescoStudySettings
-from dmil.training import Run, evaluate, policy_of, train, vehicles_of_seed
-from dmil.training.policies import controller_of
+from dmil.training import Run, evaluate, train, vehicles_of_seed
 
 
 def run_unit(settings: RescoStudySettings, folder: str, unit: ContenderUnit) -> TrialResult:
@@ -124,16 +125,7 @@ def _ready(
             settings, folder, unit.scenario, settings.training_simulator, judging=False
         ),
     )
-    policy = policy_of(
-        learner,
-        made.network,
-        name=unit.controller,
-        options=options,
-        reward=settings.reward,
-        training={"scenario": unit.scenario},
-    )
-    frozen = controller_of(policy, made.network, where=unit.controller, learning=False, epsilon=0.0)
-    return frozen, runs
+    return frozen_copy(learner, made.network, Variant(unit.controller, options)), runs
 
 
 def _options(settings: RescoStudySettings, unit: ContenderUnit) -> dict[str, object]:

@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 
-from dmil.controllers.variants import parse_variant
+from dmil.controllers.variants import Variant, parse_variant
 from dmil.errors import DivergedError, InputError, OutputError
 from dmil.experiments.tuning import TuningSettings, check_tuning, load_tuned, tune
 from dmil.experiments.tuning.scoring import Judge
@@ -149,13 +149,12 @@ def test_frozen_learners_get_other_scores(tmp_path):
         judge = Judge(
             RECIPE.model_dump_json(exclude_none=True),
             "queue",
-            "sarsa",
             "queue",
             "delay_s",
             1,
             frozen,
         )
-        return judge.score({"epsilon": 0.6}, 7)
+        return judge.score(Variant("sarsa", {"epsilon": 0.6}), 7)
 
     assert score(True) != score(False)
 
@@ -186,10 +185,10 @@ def test_what_is_wrong_shows_before_anything_is_run(name, settings, message, tmp
 def diverging(when):
     score = Judge.score
 
-    def diverges(self, options, seed):
-        if when(options):
+    def diverges(self, variant, seed):
+        if when(variant.options):
             raise DivergedError("fixed-cycle", "its green", 30)
-        return score(self, options, seed)
+        return score(self, variant, seed)
 
     return diverges
 
