@@ -178,6 +178,35 @@ def _studies(ctx: typer.Context) -> None:
 
 
 @app.command(cls=Command)
+@settings_command("study memories", MemoriesParameters, MEMORIES_OPTIONS)
+def memories(settings: MemoriesParameters, json: bool) -> None:
+    """Run the study of memories: every controller, on grids and cities, under one protocol.
+
+    Rules without memory, the memories that the paper names (SARSA, dual memory, replay, episodic
+    control, pattern maps, team values), factored memory and look-ahead, on one, nine and 25
+    intersections at several loads, and on recorded cities. Those that need it are trained on
+    vehicles that no test uses; then all meet the same vehicles in the same seed.
+
+    The number compared is W: the mean time that a vehicle waits, in s, in an hour. Lower is better.
+    Differences are paired, with 95 % intervals over seeds. Beside it: what a memory takes, in
+    bytes and in time, and how many decisions pass until it is better than max-pressure.
+
+    For example:
+        dmil study memories --data data
+        dmil study memories --no-deep --cells grid:5x5,grid:5x5*3 --out two-cells
+        dmil study memories --controllers factored,max-pressure,max-pressure,approaching=true
+        dmil study memories --small --out trial
+
+    Ctrl-C keeps what is finished; the same command continues. All results but the times are the
+    same bytes however many processes run.
+    """
+    study = settings.study
+    if study.data is None and not study.cells:
+        say(NO_CITIES)
+    run_and_show(MemoriesStudy(study), settings, json)
+
+
+@app.command(cls=Command)
 @settings_command("study paper", StudyParameters, OPTIONS)
 def paper(settings: StudyParameters, json: bool) -> None:
     """Run the paper's study: 24 architectures of memory and reward, and the baselines.
@@ -230,32 +259,3 @@ def resco(settings: RescoParameters, json: bool) -> None:
     command continues. The results are the same bytes however many processes run.
     """
     run_and_show(RescoStudy(part_of(settings, RescoStudySettings)), settings, json)
-
-
-@app.command(cls=Command)
-@settings_command("study memories", MemoriesParameters, MEMORIES_OPTIONS)
-def memories(settings: MemoriesParameters, json: bool) -> None:
-    """Run the study of memories: every controller, on grids and cities, under one protocol.
-
-    Rules without memory, the memories that the paper names (SARSA, dual memory, replay, episodic
-    control, pattern maps, team values), factored memory and look-ahead, on one, nine and 25
-    intersections at several loads, and on recorded cities. Those that need it are trained on
-    vehicles that no test uses; then all meet the same vehicles in the same seed.
-
-    The number compared is W: the mean time that a vehicle waits, in s, in an hour. Lower is better.
-    Differences are paired, with 95 % intervals over seeds. Beside it: what a memory takes, in
-    bytes and in time, and how many decisions pass until it is better than max-pressure.
-
-    For example:
-        dmil study memories --data data
-        dmil study memories --no-deep --cells grid:5x5,grid:5x5*3 --out two-cells
-        dmil study memories --controllers factored,max-pressure,max-pressure,approaching=true
-        dmil study memories --small --out trial
-
-    Ctrl-C keeps what is finished; the same command continues. All results but the times are the
-    same bytes however many processes run.
-    """
-    study = settings.study
-    if study.data is None and not study.cells:
-        say(NO_CITIES)
-    run_and_show(MemoriesStudy(study), settings, json)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.experiments.contender import Contender
-from dmil.experiments.study import Progress, run_trials
+from dmil.experiments.study import Kept, Progress, run_trials
 from dmil.experiments.trial import Row, run_row
 from dmil.network import RoadNetwork
 from dmil.parallel import Executor
@@ -35,16 +35,6 @@ Item = tuple[Contender, int]
 Result = tuple[Item, Row, Flow]
 CALLS = count()
 """Numbers of comparisons and tunings, see `place_of`."""
-
-
-class _Kept(dict[Item, Result]):
-    """Results of a comparison: nothing of them outlives it."""
-
-    def left(self, plan: Sequence[Item]) -> list[Item]:
-        return [item for item in plan if item not in self]
-
-    def keep(self, result: Result) -> None:
-        self[result[0]] = result
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,7 +182,7 @@ def compare(
         contender.make(made.network)  # what is wrong with one shall show before the first run
     items = [(contender, seed) for contender in contenders for seed in seeds]
     run = partial(_run, recipe.model_dump_json(), simulator, emissions, next(CALLS))
-    found = _Kept()
+    found = Kept()
     run_trials(items, found, lambda _: run, executor=executor, progress=progress)
     rows = [found[item][1] for item in items]
     flows = {item: flow for item, _, flow in found.values()}

@@ -30,6 +30,18 @@ class Store(Protocol[Trial]):
         """Keep what a trial gave."""
 
 
+class Kept(dict[Any, Any]):
+    """A store in memory: a trial to its result, a tuple that begins with the trial."""
+
+    def left(self, plan: Sequence[Trial]) -> list[Trial]:
+        """Return the trials of a plan that are not kept yet."""
+        return [trial for trial in plan if trial not in self]
+
+    def keep(self, result: tuple[Any, ...]) -> None:
+        """Keep what a trial gave."""
+        self[result[0]] = result
+
+
 class Study(Protocol[Trial]):
     """What a study is: all its trials, and how one of them is run.
 
