@@ -27,17 +27,7 @@ def built(recipe: ScenarioRecipe) -> Scenario:
 
 
 def say_stand_ins(scenario: Scenario, simulator: str, controllers: Iterable[str]) -> None:
-    """Say which intersections' own control the queue simulator cannot run.
-
-    Parameters
-    ----------
-    scenario
-        The scenario.
-    simulator
-        Name of the simulator that is used.
-    controllers
-        Names of those who run: others than the network's own plan do not need it.
-    """
+    """Say which intersections' own control the queue simulator cannot run."""
     if simulator == "queue" and "program" in controllers:
         for sentence in stand_ins(scenario.network):
             say(f"Warning: {sentence}.")

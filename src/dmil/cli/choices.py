@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, Field
 
-from dmil.cli.parameters import Option, settings_command, split
+from dmil.cli.parameters import Option, options, settings_command, split
 from dmil.demand.arrivals import DEFAULT_BATCH_VEH
 from dmil.errors import InputError
 from dmil.network.grid import ENTRY_LINK_TIME_S, LINK_TIME_S
@@ -73,31 +73,20 @@ DEMAND_OPTIONS = (
 """How random arrivals differ from a scenario's own."""
 
 SCENARIO_OPTIONS = (
-    Option("scenario", "--scenario", "Scenario"),
-    Option("roadnet", "--roadnet", "Scenario", "FILE"),
-    Option("flow", "--flow", "Scenario", "FILE"),
-    Option("net", "--net", "Scenario", "FILE"),
-    Option("routes", "--routes", "Scenario", "FILE,FILE"),
-    Option("additional", "--additional", "Scenario", "FILE,FILE"),
-    Option("begin_s", "--begin", "Scenario"),
-    Option("phases", "--phases", "Scenario", "program|derived"),
-    Option("routing", "--routing", "Scenario", "sumo|mesoscopic|free-flow"),
-    Option("horizon_s", "--steps", "Scenario"),
-    Option("load", "--load", "Scenario"),
-    Option("resample", "--resample", "Scenario"),
-    Option("resample_shift_s", "--resample-shift", "Scenario"),
-    Option("calibration", "--calibration", "Scenario", "FILE"),
+    *options(
+        "Scenario",
+        "scenario; roadnet FILE; flow FILE; net FILE; routes FILE,FILE; additional FILE,FILE; "
+        "begin_s; phases program|derived; routing sumo|mesoscopic|free-flow; "
+        "horizon_s --steps; load; resample; resample_shift_s; calibration FILE",
+    ),
     *DEMAND_OPTIONS,
-    Option("timing.decision_interval_s", "--decision-interval", _SIGNALS),
-    Option("timing.clearance_s", "--clearance", _SIGNALS),
-    Option("timing.all_red_s", "--all-red", _SIGNALS),
-    Option("timing.min_green_s", "--min-green", _SIGNALS),
-    Option("timing.max_green_s", "--max-green", _SIGNALS),
-    Option("timing.startup_lost_s", "--startup-lost", _SIGNALS),
-    Option("dynamics.saturation_flow_veh_per_s", "--saturation-flow", _SIGNALS),
-    Option("dynamics.storage", "--storage", _SIGNALS),
-    Option("dynamics.vehicle_space_m", "--vehicle-space", _SIGNALS),
-    Option("dynamics.gap_wait_s", "--gap-wait", _SIGNALS),
+    *options(
+        _SIGNALS,
+        "timing.decision_interval_s; timing.clearance_s; timing.all_red_s; timing.min_green_s; "
+        "timing.max_green_s; timing.startup_lost_s; "
+        "dynamics.saturation_flow_veh_per_s --saturation-flow; dynamics.storage; "
+        "dynamics.vehicle_space_m; dynamics.gap_wait_s",
+    ),
 )
 
 SIMULATOR_OPTIONS = (

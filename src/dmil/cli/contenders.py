@@ -103,15 +103,6 @@ def contenders_of(
 ) -> tuple[list[Contender], str]:
     """Return everyone who runs, each with a label of its own, and the reference's label.
 
-    Parameters
-    ----------
-    settings
-        The command's.
-    policies
-        The policies it names, read.
-    scenario
-        Where they run.
-
     Raises
     ------
     InputError

@@ -21,7 +21,7 @@ from dmil.cli.evaluate_table import (
 )
 from dmil.cli.fairness import unfair
 from dmil.cli.help import Command
-from dmil.cli.parameters import Option
+from dmil.cli.parameters import Option, options
 from dmil.cli.terminal import print_json, progress, results, say, show, waiting
 from dmil.errors import InputError
 from dmil.experiments.answer import METRIC, answer, locked_notes
@@ -41,12 +41,7 @@ OPTIONS = (
     Option("tuned", "--tuned", "Controllers", "FILE", many=True),
     Option("baselines", "--baselines", "Controllers"),
     Option("reference", "--reference", "Controllers", "NAME"),
-    Option("learn", "--learn", "Test"),
-    Option("epsilon", "--epsilon", "Test"),
-    Option("reward", "--reward", "Test"),
-    Option("seeds", "--seeds", "Test"),
-    Option("seed", "--seed", "Test"),
-    Option("jobs", "--jobs", "Test"),
+    *options("Test", "learn; epsilon; reward; seeds; seed; jobs"),
     Option("report", "--report", "Output", "FILE"),
     Option("csv", "--csv", "Output", "FILE"),
 )

@@ -97,13 +97,6 @@ def _left_out(scenario: Scenario) -> int:
 def write_seeds(path: Path, found: Comparison) -> None:
     """Write every run as a row of a CSV: its measures, and what locked first in it.
 
-    Parameters
-    ----------
-    path
-        The file.
-    found
-        The comparison.
-
     Raises
     ------
     OutputError
@@ -129,15 +122,7 @@ def write_seeds(path: Path, found: Comparison) -> None:
 
 
 def as_json(found: Comparison, scenario: Scenario, notes: list[str]) -> dict[str, Any]:
-    """Return a comparison as its JSON object.
-
-    Parameters
-    ----------
-    found, scenario
-        What came out, and where.
-    notes
-        How it is to be read.
-    """
+    """Return a comparison as its JSON object."""
     means = {name: found.mean(name) for name in found.measures}
     spreads = {name: found.spread(name) for name in found.measures}
     references = dict.fromkeys((found.reference, REFERENCE))

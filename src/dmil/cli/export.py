@@ -16,7 +16,7 @@ from dmil.cli.controller_choice import ControllerOrPolicy, controller_options
 from dmil.cli.export_plan import write_plans
 from dmil.cli.help import Command
 from dmil.cli.measures import number
-from dmil.cli.parameters import Option
+from dmil.cli.parameters import Option, options
 from dmil.cli.terminal import print_json, say, show, waiting
 from dmil.controllers import CONTROLLERS, make_controller
 from dmil.controllers.variants import Variant
@@ -59,9 +59,7 @@ OPTIONS = (
     *controller_options(many=False),
     Option("policy", "--policy", "Controller", "FILE"),
     Option("seed", "--seed", "Run"),
-    Option("plan_length_s", "--plans", "Output"),
-    Option("network", "--network", "Output"),
-    Option("out", "--out", "Output", "FOLDER"),
+    *options("Output", "plan_length_s --plans; network; out FOLDER"),
 )
 
 app = typer.Typer(add_completion=False)

@@ -15,15 +15,7 @@ NAMED = 3
 
 
 def unfair(scenario: Scenario, labels: Sequence[str]) -> str:
-    """Return why a comparison with the network's own plan is not fair, else nothing.
-
-    Parameters
-    ----------
-    scenario
-        With the signal timing that controllers keep.
-    labels
-        Who is compared; a label begins with the controller's name.
-    """
+    """Return why a comparison with the network's own plan is not fair, else nothing."""
     names = {label.partition(",")[0] for label in labels}
     if names.isdisjoint(PLANS) or names <= set(PLANS):
         return ""

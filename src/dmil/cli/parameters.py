@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 import typing
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -41,6 +42,7 @@ FILES = Annotated[
         show_default=False,
     ),
 ]
+_UNIT = re.compile("_(s|m|veh)$")
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -125,6 +127,27 @@ class Option:
         if value == []:
             raise InputError(f"found '{given}'", where=self.flag, expected="one name or more")
         return value
+
+
+def options(panel: str, fields: str) -> tuple[Option, ...]:
+    """Return options of one group.
+
+    Parameters
+    ----------
+    panel
+        The group.
+    fields
+        Fields, with their options where these are not called like the field without its unit, and
+        with their metavars where they have one, as in ``load; horizon_s --steps; flow FILE``.
+    """
+    found = []
+    for text in fields.split("; "):
+        path, *rest = text.split(" ")
+        flag = f"--{_UNIT.sub('', path.rpartition('.')[2]).replace('_', '-')}"
+        if rest and rest[0].startswith("--"):
+            flag = rest.pop(0)
+        found.append(Option(path, flag, panel, rest[0] if rest else ""))
+    return tuple(found)
 
 
 def set_option(panel: str, *, help: str, example: str, path: str = "") -> Option:

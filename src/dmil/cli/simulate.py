@@ -8,7 +8,6 @@ from typing import Any
 import polars as pl
 import typer
 from pydantic import Field
-from rich import box
 from rich.table import Table
 
 from dmil.cli.building import built, compile_first, say_stand_ins
@@ -24,7 +23,7 @@ from dmil.cli.controller_choice import ControllerOrPolicy, controller_options
 from dmil.cli.help import Command
 from dmil.cli.measures import MEASURES, UNFINISHED, number
 from dmil.cli.parameters import Option
-from dmil.cli.terminal import print_json, say, show
+from dmil.cli.terminal import print_json, say, show, table
 from dmil.errors import InputError, OutputError
 from dmil.experiments.trial import run_row
 from dmil.files import write_atomically
@@ -154,12 +153,8 @@ def _write_series(table: pl.DataFrame, path: Path) -> None:
 def _table(rows: list[dict[str, Any]]) -> Table:
     """Return one value for one run; mean with interval, and the seeds' extremes, for several."""
     several = len(rows) > 1
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False)
-    table.add_column("measure", no_wrap=True)
-    table.add_column("mean" if several else "value", justify="right", no_wrap=True)
-    if several:
-        table.add_column("95 % interval", justify="right", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
+    heads = (">mean", ">95 % interval") if several else (">value",)
+    made = table("!measure", *heads, "!unit", padding=(0, 1))
     frame = pl.DataFrame(rows)
     shown = [m for m in MEASURES if not m.optional or (frame[m.name] != 0).any()]
     values = frame.select(measure.name for measure in shown).cast(pl.Float64).to_numpy()
@@ -169,5 +164,5 @@ def _table(rows: list[dict[str, Any]]) -> Table:
         if several:
             ends = (number(float(end[i]), measure.digits) for end in (estimate.low, estimate.high))
             cells.append(f"[{', '.join(ends)}]")
-        table.add_row(measure.label, *cells, measure.unit)
-    return table
+        made.add_row(measure.label, *cells, measure.unit)
+    return made

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from dmil.cli.choices import DEMAND_OPTIONS
 from dmil.cli.help import Command, CommandGroup
-from dmil.cli.parameters import Option, part_of, set_option, settings_command, split
+from dmil.cli.parameters import Option, options, part_of, set_option, settings_command, split
 from dmil.cli.study_running import RUNNING, RunningParameters, run_and_show
 from dmil.cli.terminal import say
 from dmil.errors import unknown_name
@@ -54,15 +54,11 @@ def _presets(text: str) -> list[str]:
 
 OPTIONS = (
     Option("presets", "--preset", "Study", "NAMES", read=_presets, default="all"),
-    Option("grids", "--grids", "Study", "NAMES"),
-    Option("seeds", "--seeds", "Study"),
-    Option("first_seed", "--first-seed", "Study"),
-    Option("horizon_s", "--steps", "Study"),
-    Option("load", "--load", "Study"),
-    Option("rewards", "--rewards", "Study", "NAMES"),
-    Option("equal_epsilon", "--equal-epsilon", "Study"),
-    Option("complex_readings", "--complex-readings", "Study", "NAMES"),
-    Option("variant_seeds", "--variant-seeds", "Study"),
+    *options(
+        "Study",
+        "grids NAMES; seeds; first_seed; horizon_s --steps; load; rewards NAMES; "
+        "equal_epsilon; complex_readings NAMES; variant_seeds",
+    ),
     *DEMAND_OPTIONS,
     set_option(
         "Study",
@@ -74,16 +70,11 @@ OPTIONS = (
 
 RESCO_OPTIONS = (
     Option("scenarios", "--scenarios", "Study", "NAMES", read=split),
-    Option("seeds", "--seeds", "Study"),
-    Option("first_seed", "--first-seed", "Study"),
-    Option("episodes", "--episodes", "Study"),
-    Option("horizon_s", "--steps", "Study"),
-    Option("resample", "--resample", "Study"),
-    Option("train_in", "--train-in", "Study"),
-    Option("judge", "--judge", "Study"),
-    Option("calibrate", "--calibrate", "Study"),
-    Option("emissions", "--emissions", "Study"),
-    Option("reward", "--reward", "Study"),
+    *options(
+        "Study",
+        "seeds; first_seed; episodes; horizon_s --steps; resample; train_in; judge; calibrate; "
+        "emissions; reward",
+    ),
     set_option(
         "Study", help="Value of the study, such as episodes=20.", example="sarsa.learning_rate=0.2"
     ),
@@ -148,15 +139,11 @@ MEMORIES_OPTIONS = (
     Option("controllers", "--controllers", "Study", "NAMES", read=variants, default="all"),
     Option("ablations", "--ablations", "Study", "NAMES", read=variants, default="factored's"),
     Option("cells", "--cells", "Study", "NAMES", read=split, default="all"),
-    Option("data", "--data", "Study", "DIR"),
-    Option("seeds", "--seeds", "Study"),
-    Option("first_seed", "--first-seed", "Study"),
-    Option("episodes", "--episodes", "Study"),
-    Option("horizon_s", "--steps", "Study"),
-    Option("deep", "--deep", "Study"),
-    Option("reward", "--reward", "Study"),
-    Option("tuned_in", "--tuned", "Study", "FOLDER"),
-    Option("small", "--small", "Study"),
+    *options(
+        "Study",
+        "data DIR; seeds; first_seed; episodes; horizon_s --steps; deep; reward; "
+        "tuned_in --tuned FOLDER; small",
+    ),
     *RUNNING,
 )
 

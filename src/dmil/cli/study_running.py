@@ -11,7 +11,7 @@ from pydantic import BaseModel, Field
 
 from dmil.cli.application import FAILED
 from dmil.cli.building import stopping
-from dmil.cli.parameters import Option
+from dmil.cli.parameters import Option, options
 from dmil.cli.terminal import Progress, print_json, progress, say, show, show_lines, waiting
 from dmil.compilation import is_cold
 from dmil.experiments.study import Study, run_study
@@ -40,25 +40,13 @@ class RunningParameters(BaseModel):
 
 
 RUNNING = (
-    Option("out", "--out", "Running", "DIR"),
-    Option("jobs", "--jobs", "Running"),
-    Option("executor", "--executor", "Running"),
-    Option("ray_address", "--ray-address", "Running", "ADDRESS"),
+    *options("Running", "out DIR; jobs; executor; ray_address ADDRESS"),
     Option("report", "--report", "Output"),
 )
 
 
 def run_and_show(study: Study[Any], settings: Any, as_json: bool) -> None:
     """Run a study with progress, write its report, and say what came out.
-
-    Parameters
-    ----------
-    study
-        What to run.
-    settings
-        Running parameters with ``out``.
-    as_json
-        Whether to print one JSON object instead of tables.
 
     Raises
     ------

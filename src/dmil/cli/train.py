@@ -22,12 +22,13 @@ from dmil.cli.choices import (
 from dmil.cli.controller_choice import ControllerChoice, controller_options
 from dmil.cli.help import Command
 from dmil.cli.measures import number
-from dmil.cli.parameters import Option
+from dmil.cli.parameters import Option, options
 from dmil.cli.terminal import print_json, say, show, waiting
 from dmil.cli.train_verdict import as_json, judged, verdict
 from dmil.controllers import CONTROLLERS, MemoryController, make_controller
 from dmil.errors import InputError
 from dmil.experiments.comparison import Comparison
+from dmil.experiments.trial import episode_row
 from dmil.experiments.tuning import load_tuned
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
@@ -89,11 +90,7 @@ OPTIONS = (
     SIMULATOR_OPTIONS[0],
     *controller_options(many=False),
     Option("tuned", "--tuned", "Controller", "FILE"),
-    Option("reward", "--reward", "Training"),
-    Option("episodes", "--episodes", "Training"),
-    Option("seed", "--seed", "Training"),
-    Option("prior", "--prior", "Training"),
-    Option("resume", "--resume", "Training", "FILE"),
+    *options("Training", "reward; episodes; seed; prior; resume FILE"),
     Option("compare", "--compare", "Output"),
     Option("out", "--out", "Output", "FILE"),
 )
@@ -156,7 +153,8 @@ def train(settings: TrainParameters, json: bool) -> None:
         controller = made
 
     def keep(episode: int, run: Run) -> None:
-        rows.append(_row(episode + 1, run))
+        names = (name for name, *_ in COLUMNS[1:])
+        rows.append(episode_row(episode + 1, run, *names, "bytes_total"))
         save_policy(
             policy_of(
                 controller,
@@ -279,19 +277,6 @@ def _record(settings: TrainParameters, scenario: Scenario, episodes: int) -> dic
         "seed": settings.seed,
         "prior": settings.prior,
         "episodes": episodes,
-    }
-
-
-def _row(episode: int, run: Run) -> dict[str, Any]:
-    measures, memory = run.measures, run.memory[-1]
-    return {
-        "episode": episode,
-        "travel_time_s": measures.travel_time_s,
-        "wait_per_spawned_s": measures.wait_per_spawned_s,
-        "w_over_vc": measures.w_over_vc,
-        "arrived_veh": measures.arrived_veh,
-        "entries_per_agent": memory.entries,
-        "bytes_total": memory.bytes_total,
     }
 
 

@@ -21,15 +21,7 @@ SEEDS = 3
 
 
 def judged(path: Path, policy: Policy, recipe: ScenarioRecipe, scenario: Scenario) -> Comparison:
-    """Run a policy, frozen, beside the network's plan and rivals in the queue simulator.
-
-    Parameters
-    ----------
-    path, policy
-        The policy, and where it is.
-    recipe, scenario
-        What it was trained on.
-    """
+    """Run a policy, frozen, beside the network's plan and rivals in the queue simulator."""
     plan = all(item.program for item in scenario.network.intersections)
     rivals = ("program" if plan else "fixed-cycle", *RIVALS)
     contenders = [Contender.trained(path, policy, {})]
@@ -39,15 +31,7 @@ def judged(path: Path, policy: Policy, recipe: ScenarioRecipe, scenario: Scenari
 
 
 def verdict(found: Comparison, path: Path) -> list[str]:
-    """Say how it compares, in lines.
-
-    Parameters
-    ----------
-    found
-        What `judged` found.
-    path
-        The policy.
-    """
+    """Say how it compares, in lines."""
     means = found.measures[METRIC].mean(axis=0).tolist()
     own = found.labels.index(path.name)
     better = [label for label, mean in zip(found.labels, means, strict=True) if mean < means[own]]

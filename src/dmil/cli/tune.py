@@ -21,7 +21,7 @@ from dmil.cli.choices import (
 from dmil.cli.controller_choice import Controllers, controller_options
 from dmil.cli.help import Command
 from dmil.cli.measures import number
-from dmil.cli.parameters import Option, part_of
+from dmil.cli.parameters import Option, options, part_of
 from dmil.cli.terminal import print_json, progress, say, show
 from dmil.controllers.variants import Variant
 from dmil.errors import InputError
@@ -58,15 +58,10 @@ OPTIONS = (
     *SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS[0],
     *controller_options(many=True),
-    Option("budget", "--budget", "Tuning"),
-    Option("seeds", "--seeds", "Tuning"),
-    Option("check_seeds", "--check-seeds", "Tuning"),
-    Option("episodes", "--episodes", "Tuning"),
-    Option("frozen", "--frozen", "Tuning"),
-    Option("metric", "--metric", "Tuning"),
-    Option("reward", "--reward", "Tuning"),
-    Option("seed", "--seed", "Tuning"),
-    Option("jobs", "--jobs", "Tuning"),
+    *options(
+        "Tuning",
+        "budget; seeds; check_seeds; episodes; frozen; metric; reward; seed; jobs",
+    ),
     Option("out", "--out", "Output", "FOLDER"),
 )
 

@@ -81,6 +81,12 @@ def _known(value: float) -> float | None:
     return None if math.isnan(value) else value
 
 
+def episode_row(number: int, run: Run, *names: str) -> Row:
+    """Return some totals of an episode of training as a row of the table of episodes."""
+    row = measures_row(run.measures, run.memory[-1])
+    return {"episode": number} | {name: row[name] for name in names}
+
+
 def series_rows(result: Run) -> list[Row]:
     """Return a run's course as rows of the series: at every decision, and at the horizon."""
     measures = result.measures

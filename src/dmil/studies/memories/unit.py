@@ -18,6 +18,7 @@ from dmil.experiments.trial import (
     Row,
     TrialResult,
     columns_of,
+    episode_row,
     measures_row,
     series_rows,
 )
@@ -32,6 +33,14 @@ from dmil.training import Run, evaluate, train, vehicles_of_seed
 
 SERIES_EVERY_S = 60
 """The course of a run is kept at about this distance."""
+EPISODE = (
+    "delay_s",
+    "travel_time_s",
+    "wait_per_spawned_s",
+    "mean_queue_veh",
+    "entries_per_agent",
+    "bytes_total",
+)
 Courses = tuple[npt.NDArray[np.int32], ...]
 
 
@@ -54,7 +63,9 @@ def run_unit(settings: MemoriesStudySettings, unit: MemoriesUnit) -> TrialResult
 
     def keep(number: int, run: Run) -> None:
         episodes.append(run)
-        result.episodes.append(identity | {"trained_in": SIMULATOR} | _episode(number, run))
+        result.episodes.append(
+            identity | {"trained_in": SIMULATOR} | episode_row(number, run, *EPISODE)
+        )
 
     try:
         controller = make_controller(unit.controller.name, options_of(settings, unit.controller))
@@ -152,18 +163,6 @@ def _identity(settings: MemoriesStudySettings, unit: MemoriesUnit) -> Row:
         "reward": reward if learns(unit.controller) else None,
         "epsilon": getattr(options, "epsilon", None),
         "simulator": SIMULATOR,
-    }
-
-
-def _episode(number: int, run: Run) -> Row:
-    return {
-        "episode": number,
-        "delay_s": run.measures.delay_s,
-        "travel_time_s": run.measures.travel_time_s,
-        "wait_per_spawned_s": run.measures.wait_per_spawned_s,
-        "mean_queue_veh": run.measures.mean_queue_veh,
-        "entries_per_agent": run.memory[-1].entries,
-        "bytes_total": run.memory[-1].bytes_total,
     }
 
 
