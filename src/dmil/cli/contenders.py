@@ -9,6 +9,7 @@ from pydantic import Field
 
 from dmil.cli.choices import RewardChoice, SimulatorChoice
 from dmil.cli.controller_choice import Controllers
+from dmil.cli.parameters import JOBS
 from dmil.cli.terminal import say
 from dmil.controllers import CONTROLLERS, check_controller
 from dmil.controllers.variants import Variant, parse_variant
@@ -72,9 +73,7 @@ class EvaluateParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
         None, description="Write the comparison as a page (.html) with a picture of the network."
     )
     csv: Path | None = Field(None, description="Write the values of every seed, one row a run.")
-    jobs: int | None = Field(
-        None, ge=1, description="Parallel processes; by default one per core. Same results."
-    )
+    jobs: int | None = JOBS
 
 
 def baselines_of(scenario: Scenario, simulator: str) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from dmil.cli.building import built, compile_first, say_stand_ins, stopping
 from dmil.cli.choices import SCENARIO_OPTIONS, SIMULATOR_OPTIONS, scenario_command, with_scenario_of
 from dmil.cli.contenders import EvaluateParameters, contenders_of
 from dmil.cli.controller_choice import controller_options
-from dmil.cli.evaluate_output import as_json, notes_of, write_seeds
+from dmil.cli.evaluate_output import as_json, notes_of, unfair, write_seeds
 from dmil.cli.evaluate_table import (
     COLUMN_WIDTH,
     LABEL_WIDTH,
@@ -19,7 +19,6 @@ from dmil.cli.evaluate_table import (
     comparison_table,
     ranking_table,
 )
-from dmil.cli.fairness import unfair
 from dmil.cli.help import Command
 from dmil.cli.parameters import Option, options
 from dmil.cli.terminal import print_json, progress, results, say, show, waiting

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +20,13 @@ from dmil.experiments.answer import answer
 from dmil.experiments.comparison import REFERENCE, Comparison
 from dmil.files import write_atomically
 from dmil.scenarios import Scenario
+from dmil.scenarios.fairness import advantages
 from dmil.statistics import Estimate
 
+PLANS = ("program", "actuated")
+"""Controllers that keep the times of the network's own plan, whatever others are given."""
+NAMED = 3
+"""How many intersections are named."""
 UNDRIVABLE = ("unknown-road", "no-way", "one-road")
 ONLINE = tuple(name for name, entry in CONTROLLERS.items() if entry.online)
 
@@ -92,6 +99,26 @@ def _left_out(scenario: Scenario) -> int:
     """Return how many vehicles the files have that this network has no way for."""
     remarks = remarks_of(scenario.demand)
     return sum(each.count for each in remarks if each.kind in UNDRIVABLE)
+
+
+def unfair(scenario: Scenario, labels: Sequence[str]) -> str:
+    """Return why a comparison with the network's own plan is not fair, else nothing."""
+    names = {label.partition(",")[0] for label in labels}
+    if names.isdisjoint(PLANS) or names <= set(PLANS):
+        return ""
+    found = groupby(
+        advantages(scenario.timing, scenario.network), key=lambda each: each.intersection
+    )
+    items = scenario.network.intersections
+    places = [f"{items[i].id}: {'; '.join(map(str, each))}" for i, each in found]
+    if not places:
+        return ""
+    more = f" … and {len(places) - NAMED} more" if len(places) > NAMED else ""
+    return (
+        f"NOT A FAIR COMPARISON: at {len(places)} of {len(items)} intersections controllers lose "
+        f"less time than the plan ({' | '.join(places[:NAMED])}{more}), so no differences are "
+        "shown. Leave out --clearance, --all-red and --min-green: then all keep the plan's times."
+    )
 
 
 def write_seeds(path: Path, found: Comparison) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import typer
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 from pydantic.fields import FieldInfo
 
 from dmil.cli.configuration import (
@@ -42,6 +42,10 @@ FILES = Annotated[
         show_default=False,
     ),
 ]
+JOBS: Any = Field(
+    None, ge=1, description="Parallel processes; by default one per core. Same results."
+)
+"""Field of how many processes work."""
 _UNIT = re.compile("_(s|m|veh)$")
 Model = TypeVar("Model", bound=BaseModel)
 

@@ -27,20 +27,21 @@ from dmil.studies import (
 from dmil.studies.memories import MemoriesStudySettings
 
 
+def _folder(name: str) -> Any:
+    text = "Folder for results and report; a study begun there continues."
+    return Field(Path(name), description=text)
+
+
 class StudyParameters(PaperStudySettings, RunningParameters):
     """The paper's study, and how it is run here."""
 
-    out: Path = Field(
-        Path("study"), description="Folder for results and report; a study begun there continues."
-    )
+    out: Path = _folder("study")
 
 
 class RescoParameters(RescoStudySettings, RunningParameters):
     """The study on the RESCO benchmark, and how it is run here."""
 
-    out: Path = Field(
-        Path("resco"), description="Folder for results and report; a study begun there continues."
-    )
+    out: Path = _folder("resco")
 
 
 def _presets(text: str) -> list[str]:
@@ -104,10 +105,7 @@ class MemoriesParameters(MemoriesStudySettings, RunningParameters):
     tuned_in: Path | None = Field(
         None, description="Folder of dmil tune: controllers run with what was chosen for them."
     )
-    out: Path = Field(
-        Path("memories"),
-        description="Folder for results and report; a study begun there continues.",
-    )
+    out: Path = _folder("memories")
 
     @property
     def study(self) -> MemoriesStudySettings:

@@ -11,7 +11,7 @@ from pydantic import BaseModel, Field
 
 from dmil.cli.application import FAILED
 from dmil.cli.building import stopping
-from dmil.cli.parameters import Option, options
+from dmil.cli.parameters import JOBS, Option, options
 from dmil.cli.terminal import Progress, print_json, progress, say, show, show_lines, waiting
 from dmil.compilation import is_cold
 from dmil.experiments.study import Study, run_study
@@ -23,9 +23,7 @@ from dmil.studies.registry import terminal_of
 class RunningParameters(BaseModel):
     """How a study is run here."""
 
-    jobs: int | None = Field(
-        None, ge=1, description="Parallel processes; by default one per core. Same results."
-    )
+    jobs: int | None = JOBS
     executor: str = Field(
         "local", description="Where runs happen: local (processes) or ray (extra 'ray')."
     )

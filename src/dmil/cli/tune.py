@@ -21,11 +21,11 @@ from dmil.cli.choices import (
 from dmil.cli.controller_choice import Controllers, controller_options
 from dmil.cli.help import Command
 from dmil.cli.measures import number
-from dmil.cli.parameters import Option, options, part_of
+from dmil.cli.parameters import JOBS, Option, options, part_of
 from dmil.cli.terminal import print_json, progress, say, show
 from dmil.controllers.variants import Variant
 from dmil.errors import InputError
-from dmil.experiments.tuning import Tuned, TuningSettings, check_tuning
+from dmil.experiments.tuning import Tuned, TuningSettings, check_tuning, planned_tuning
 from dmil.experiments.tuning import tune as tune_one
 from dmil.experiments.tuning.record import ENDING
 from dmil.parallel import LocalExecutor
@@ -49,9 +49,7 @@ class TuneParameters(ScenarioRecipe, SimulatorChoice, RewardChoice, TuningSettin
     out: Path = Field(
         Path("tuned"), description="Folder for a file per controller; those begun there go on."
     )
-    jobs: int | None = Field(
-        None, ge=1, description="Parallel processes; by default one per core. Same results."
-    )
+    jobs: int | None = JOBS
 
 
 OPTIONS = (
@@ -93,33 +91,28 @@ def tune(settings: TuneParameters, json: bool) -> None:
     variants = {variant.label: variant for variant in chosen}
     if not variants:
         raise InputError("nobody to tune", where="tune", mend="add --controller NAME")
-    recipe, tuning = recipe_of(settings), part_of(settings, TuningSettings)
+    recipe = recipe_of(settings)
     built(recipe)  # what is wrong with the files is said before hours of work, and what is left out
     compile_first()
     found: list[tuple[Path, Tuned]] = []
-    paths = {label: settings.out / f"{label}{ENDING}" for label in variants}
-    choices: dict[str, Any] = {
-        "simulator": settings.simulator,
-        "reward": settings.reward,
-        "reward_constants": settings.reward_constants,
-    }
     # What is wrong with the last one shows before the first one has run for hours.
+    plans = []
     for label, variant in variants.items():
-        check_tuning(recipe, variant, tuning, paths[label], **choices)
+        plan = planned_tuning(
+            recipe,
+            variant,
+            part_of(settings, TuningSettings),
+            simulator=settings.simulator,
+            reward=settings.reward,
+            reward_constants=settings.reward_constants,
+        )
+        plans.append((plan, settings.out / f"{label}{ENDING}"))
+        check_tuning(*plans[-1])
     kept = f"all scores are kept in {settings.out}; the same command goes on"
     with stopping(kept), LocalExecutor(settings.jobs) as executor:
-        for label, variant in variants.items():
-            path = paths[label]
-            with progress(f"runs of {label}") as advance:
-                tuned = tune_one(
-                    recipe,
-                    variant,
-                    tuning,
-                    path,
-                    **choices,
-                    executor=executor,
-                    progress=advance,
-                )
+        for plan, path in plans:
+            with progress(f"runs of {plan.label}") as advance:
+                tuned = tune_one(plan, path, executor=executor, progress=advance)
             found.append((path, tuned))
             if not json:
                 show(*_lines(tuned, path), "")

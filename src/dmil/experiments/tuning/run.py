@@ -35,14 +35,9 @@ OUTCOME = {"chosen", "finished", "runs", "trials", "best"}
 
 
 def tune(
-    recipe: ScenarioRecipe,
-    variant: Variant,
-    settings: TuningSettings,
+    about: Tuned,
     path: Path,
     *,
-    simulator: str = "queue",
-    reward: str = "diffusion",
-    reward_constants: RewardConstants = PAPER_CONSTANTS,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Tuned:
@@ -53,16 +48,10 @@ def tune(
 
     Parameters
     ----------
-    recipe
-        Where.
-    variant
-        Who; its options are fixed.
-    settings
-        How much, and what for.
+    about
+        What is tuned, and how, see `planned_tuning`.
     path
         The file.
-    simulator, reward, reward_constants
-        See `dmil.simulation.make_simulator` and `dmil.rewards.make_reward`.
     executor
         Where runs happen; the same results with every one.
     progress
@@ -71,63 +60,38 @@ def tune(
     Raises
     ------
     InputError
-        There is no such controller, option, scenario or reward, or the budget is too small.
+        A run with the defaults failed.
     OutputError
         The file holds another tuning, another process is at work on it, or it cannot be written.
-    MissingExtraError
-        Without Optuna, or what the controller needs.
     """
-    about = _about(recipe, variant, settings, simulator, reward, reward_constants)
     with held(path.with_name(f"{path.name}.in-use"), where=path, work="tuning"):
         ledger = _Ledger(about, path)
         if not about.space:
             return ledger.finish(about.model_copy(update={"finished": True, "chosen": about.fixed}))
         if ledger.found is not None and ledger.found.finished:
             return ledger.found
-        return _run(about, settings, ledger, executor, progress)
+        return _run(about, ledger, executor, progress)
 
 
-def check_tuning(
-    recipe: ScenarioRecipe,
-    variant: Variant,
-    settings: TuningSettings,
-    path: Path,
-    *,
-    simulator: str = "queue",
-    reward: str = "diffusion",
-    reward_constants: RewardConstants = PAPER_CONSTANTS,
-) -> None:
-    """Find what is wrong with a tuning before anything is run; see `tune`.
+def check_tuning(about: Tuned, path: Path) -> None:
+    """Check that a tuning can go into a file.
 
     Raises
     ------
-    InputError, OutputError, MissingExtraError
-        As `tune` raises.
+    OutputError
+        The file holds another tuning, or there can be none.
     """
-    _Ledger(_about(recipe, variant, settings, simulator, reward, reward_constants), path)
+    _Ledger(about, path)
 
 
 def _run(
-    about: Tuned,
-    settings: TuningSettings,
-    ledger: _Ledger,
-    executor: Executor | None,
-    progress: Progress | None,
+    about: Tuned, ledger: _Ledger, executor: Executor | None, progress: Progress | None
 ) -> Tuned:
     """Run what the ledger does not hold yet, and keep it all."""
-    learns = CONTROLLERS[about.controller].learns
+    settings = TuningSettings(**about.settings)
     seeds = tuning_seeds(settings.seed, settings.seeds + settings.check_seeds)
-    judge = Judge(
-        json.dumps(about.recipe),
-        about.simulator,
-        about.reward,
-        settings.metric,
-        settings.episodes,
-        settings.frozen,
-        next(CALLS),
-        about.reward_constants,
-    )
-    cost = settings.runs_per_seed(learns=learns)
+    judge = Judge(about, next(CALLS))
+    cost = settings.runs_per_seed(learns=CONTROLLERS[about.controller].learns)
 
     def tell(done: int, total: int) -> None:
         if progress:
@@ -187,15 +151,35 @@ def _searched(
     )
 
 
-def _about(
+def planned_tuning(
     recipe: ScenarioRecipe,
     variant: Variant,
     settings: TuningSettings,
-    simulator: str,
-    reward: str,
-    reward_constants: RewardConstants,
+    *,
+    simulator: str = "queue",
+    reward: str = "diffusion",
+    reward_constants: RewardConstants = PAPER_CONSTANTS,
 ) -> Tuned:
-    """Return what a tuning is, before anything has run; all that can be wrong shows here."""
+    """Return what a tuning is, before anything has run; all that can be wrong with it shows here.
+
+    Parameters
+    ----------
+    recipe
+        Where.
+    variant
+        Who; its options are fixed.
+    settings
+        How much, and what for.
+    simulator, reward, reward_constants
+        See `dmil.simulation.make_simulator` and `dmil.rewards.make_reward`.
+
+    Raises
+    ------
+    InputError
+        There is no such controller, option, scenario or reward, or the budget is too small.
+    MissingExtraError
+        Without Optuna, or what the controller needs.
+    """
     scenario = recipe.build()
     make_reward(reward, reward_constants)
     make_simulator(scenario, simulator)

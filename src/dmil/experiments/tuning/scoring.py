@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
 
@@ -10,7 +11,9 @@ from dmil.controllers.variants import Variant
 from dmil.errors import DivergedError
 from dmil.experiments.comparison import place_of
 from dmil.experiments.contender import frozen_copy
-from dmil.rewards import PAPER_CONSTANTS, RewardConstants, make_reward
+from dmil.experiments.tuning.record import Tuned
+from dmil.experiments.tuning.settings import TuningSettings
+from dmil.rewards import make_reward
 from dmil.training import evaluate, train, vehicles_of_seed
 
 
@@ -35,28 +38,18 @@ class TuningTrial:
 
 @dataclass(frozen=True, slots=True)
 class Judge:
-    """Trains and judges controllers; see `TuningSettings` for what is not said here.
+    """Trains and judges a controller with some options.
 
     Attributes
     ----------
-    recipe: str
-        The scenario, as JSON.
-    simulator, reward, metric: str
-    episodes: int
-    frozen: bool
+    about: Tuned
+        What is tuned, and how.
     call: int
         Number of the tuning: files of scenarios may change between two.
-    reward_constants: RewardConstants
     """
 
-    recipe: str
-    simulator: str
-    reward: str
-    metric: str
-    episodes: int
-    frozen: bool
+    about: Tuned
     call: int = 0
-    reward_constants: RewardConstants = PAPER_CONSTANTS
 
     def __call__(self, trial: TuningTrial) -> tuple[TuningTrial, float | str]:
         """Return a trial's score, or why there is none."""
@@ -65,7 +58,8 @@ class Judge:
         except DivergedError as error:
             return trial, str(error)
         # A millionth of what is measured says nothing, and the file is for people, too.
-        return trial, round(score, 6) if math.isfinite(score) else f"{self.metric} is {score}"
+        told = f"{self.about.settings['metric']} is {score}"
+        return trial, round(score, 6) if math.isfinite(score) else told
 
     def score(self, variant: Variant, seed: int) -> float:
         """Return what is to be made low, after training where the controller learns.
@@ -75,14 +69,15 @@ class Judge:
         DivergedError
             What the controller learned is no longer a number.
         """
-        scenario, simulator = place_of(self.recipe, self.simulator, self.call)
-        reward = make_reward(self.reward, self.reward_constants)
+        about, settings = self.about, TuningSettings(**self.about.settings)
+        scenario, simulator = place_of(json.dumps(about.recipe), about.simulator, self.call)
+        reward = make_reward(about.reward, about.reward_constants)
         controller: Controller = make_controller(variant.name, variant.options)
         if isinstance(controller, MemoryController):
-            numbers = range(self.episodes)
+            numbers = range(settings.episodes)
             train(scenario, controller, reward, seed, episodes=numbers, simulator=simulator)
-            if self.frozen and self.episodes:
+            if settings.frozen and settings.episodes:
                 controller = frozen_copy(controller, scenario.network, variant)
         vehicles = vehicles_of_seed(scenario, seed)
         found = evaluate(simulator, controller, vehicles, reward, seed)
-        return float(getattr(found.measures, self.metric))
+        return float(getattr(found.measures, settings.metric))
