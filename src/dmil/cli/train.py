@@ -10,7 +10,7 @@ import typer
 from pydantic import Field
 
 from dmil.cli.application import StoppedError
-from dmil.cli.building import built, compile_first
+from dmil.cli.building import built, compile_first, stopping
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS,
@@ -196,11 +196,9 @@ def _judged(settings: TrainParameters, scenario: Scenario, out: Path) -> Compari
     """Compare the policy where that is quick, and where it runs no code of others."""
     if settings.simulator != "queue" or ":" in settings.controller.name:
         return None
-    try:
-        with waiting("comparing it with what needs no training"):
-            return judged(out, load_policy(out), recipe_of(settings), scenario)
-    except KeyboardInterrupt:
-        raise StoppedError(f"the policy is whole; judge it: dmil evaluate --policy {out}") from None
+    whole = f"the policy is whole; judge it: dmil evaluate --policy {out}"
+    with stopping(whole), waiting("comparing it with what needs no training"):
+        return judged(out, load_policy(out), recipe_of(settings), scenario)
 
 
 def _resumed(settings: TrainParameters, policy: Policy, where: str) -> TrainParameters:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -78,17 +78,12 @@ def accepted(controller: str, options: Mapping[str, Any]) -> dict[str, Any]:
     options
         Such as those that freeze a learner.
     """
-    if ":" not in controller and controller not in CONTROLLERS:
-        return dict(options)  # making it will say that there is no such controller
+    known: Collection[str] = options  # making it will say what is wrong with it
     if controller in CONTROLLERS:
         settings = CONTROLLERS[controller].settings
-        known = set(settings.model_fields) if settings else set()
-    else:
-        found = import_object(controller, "controller")
-        if not callable(found):
-            return dict(options)  # making it will say so
-        parameters = inspect.signature(found).parameters.values()
-        if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
-            return dict(options)
-        known = {parameter.name for parameter in parameters}
+        known = settings.model_fields if settings else ()
+    elif ":" in controller and callable(found := import_object(controller, "controller")):
+        parameters = inspect.signature(found).parameters
+        if not any(each.kind is each.VAR_KEYWORD for each in parameters.values()):
+            known = parameters
     return {name: value for name, value in options.items() if name in known}
