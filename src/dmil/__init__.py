@@ -17,7 +17,7 @@ if _AS_MODULE and not sys.flags.safe_path and sys.path[0] != _OUR_FOLDER:
 import importlib  # noqa: E402
 from typing import TYPE_CHECKING, Any  # noqa: E402
 
-__version__ = "0.1.0"
+from dmil.version import __version__  # noqa: E402
 
 # ruff: noqa: F401  for type checkers only; __all__ is made from the same names below.
 if TYPE_CHECKING:

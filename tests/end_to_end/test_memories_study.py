@@ -9,7 +9,7 @@ import time
 import polars as pl
 import pytest
 
-from dmil.cli.study_memories import variants
+from dmil.cli.study import variants
 from dmil.results import Results
 from tests.end_to_end.conftest import COMMAND, environment
 

@@ -84,8 +84,9 @@ def write_made_up_study(folder: Path, *, seeds: int = 6) -> Path:
                     "simulator": "queue",
                 }
                 _run(tables, key, numbers, base, rng)
-    frames = {name: pl.DataFrame(rows, schema=TABLES[name].schema) for name, rows in tables.items()}
-    write_results(folder, **frames)
+    write_results(
+        folder, *(pl.DataFrame(tables[name], each.schema) for name, each in TABLES.items())
+    )
     configuration = {
         "controllers": list(CONTROLLERS),
         "ablations": list(ABLATIONS),

@@ -20,12 +20,12 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-import dmil
 from dmil.cli.help import CommandGroup
 from dmil.cli.terminal import print_error, print_json, say
 from dmil.errors import DmilError
 from dmil.importing import only
 from dmil.parallel.worker_server import start_worker_server
+from dmil.version import __version__
 
 COMMANDS = {
     "study": "Run a whole study, such as the paper's, and write its report.",
@@ -148,19 +148,16 @@ def exit_code(run: Callable[[], Any], arguments: Sequence[str]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     except (DmilError, typer.TyperException) as error:
-        if _debugging(arguments):
-            traceback.print_exc()
+        _trace(arguments)
         message = str(error) if isinstance(error, DmilError) else error.format_message()
         _tell(message, arguments, hint=_hint(error))
         return USER_ERROR
     except (StoppedError, KeyboardInterrupt) as stop:
-        if _debugging(arguments):
-            traceback.print_exc()
+        _trace(arguments)
         _tell(str(stop), arguments, label="stopped")
         return FAILED
     except (MemoryError, OverflowError) as error:
-        if _debugging(arguments):
-            traceback.print_exc()
+        _trace(arguments)
         _tell(f"a number is too large for this machine ({error}); choose a smaller one", arguments)
         return USER_ERROR
     except Exception as error:
@@ -185,8 +182,9 @@ def _hint(error: Exception) -> str:
     return f"Help: {context.command_path} --help" if context is not None else ""
 
 
-def _debugging(arguments: Sequence[str]) -> bool:
-    return "--debug" in arguments or os.environ.get("DMIL_DEBUG", "0") not in ("", "0")
+def _trace(arguments: Sequence[str]) -> None:
+    if "--debug" in arguments or os.environ.get("DMIL_DEBUG", "0") not in ("", "0"):
+        traceback.print_exc()
 
 
 @contextmanager
@@ -236,7 +234,7 @@ def _overview(
     0 all went well, 1 something failed or was stopped, 2 your input cannot be used.
     """
     if version:
-        typer.echo(f"dmil {dmil.__version__}")
+        typer.echo(f"dmil {__version__}")
         raise typer.Exit
     if ctx.invoked_subcommand is None:
         ctx.get_help()

@@ -8,13 +8,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich import box
-from rich.table import Table
 
 from dmil.benchmarks.figures import SpeedFigure
 from dmil.cli.help import Command
 from dmil.cli.options import Debug, Json
-from dmil.cli.terminal import print_json, progress, show, waiting
+from dmil.cli.terminal import print_json, progress, show, table, waiting
 
 app = typer.Typer(add_completion=False)
 
@@ -68,14 +66,10 @@ def bench(
     if json:
         print_json({"figures": [asdict(figure) for figure in figures]})
         return
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0))
-    table.add_column("what")
-    table.add_column("figure", justify="right", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
-    table.add_column("beside")
+    found = table("what", ">figure", "!unit", "beside")
     for figure in figures:
-        table.add_row(figure.name, _number(figure.value), figure.unit, _ratio(figure))
-    show(table)
+        found.add_row(figure.name, _number(figure.value), figure.unit, _ratio(figure))
+    show(found)
 
 
 def _compare(folder: Path, rounds: int, json: bool) -> None:
@@ -86,16 +80,11 @@ def _compare(folder: Path, rounds: int, json: bool) -> None:
     if json:
         print_json({"figures": [asdict(each) for each in compared]})
         return
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0))
-    table.add_column("what")
-    for head in ("here", "there"):
-        table.add_column(head, justify="right", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
-    table.add_column("here / there")
+    found = table("what", ">here", ">there", "!unit", "here / there")
     for each in compared:
         ratio = f"{each.ratio:.3g} ({each.ratio_min:.3g} to {each.ratio_max:.3g})"
-        table.add_row(each.name, _number(each.here), _number(each.there), each.unit, ratio)
-    show(table)
+        found.add_row(each.name, _number(each.here), _number(each.there), each.unit, ratio)
+    show(found)
 
 
 def _number(value: float) -> str:

@@ -8,23 +8,19 @@ from typing import Any
 import numpy as np
 import typer
 from pydantic import Field
-from rich import box
 from rich.table import Table
 
-from dmil.cli.building import built
+from dmil.cli.building import built, compile_first
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
-    complete_scenario,
-    files_as_settings,
     recipe_of,
+    scenario_command,
 )
 from dmil.cli.help import Command
 from dmil.cli.measures import number
-from dmil.cli.parameters import Option, settings_command
-from dmil.cli.terminal import print_json, progress, say, show, waiting
-from dmil.compilation import is_cold
+from dmil.cli.parameters import Option
+from dmil.cli.terminal import print_json, progress, say, show, table, waiting
 from dmil.errors import InputError
-from dmil.experiments.warm_up import compile_kernels
 from dmil.scenarios import Scenario
 from dmil.scenarios.calibration import Calibration
 from dmil.scenarios.names import shown
@@ -61,14 +57,8 @@ OPTIONS = (
 app = typer.Typer(add_completion=False)
 
 
-def _complete(settings: CalibrateParameters) -> CalibrateParameters:
-    return settings.model_copy(update=complete_scenario(settings))
-
-
 @app.command(name="calibrate", cls=Command)
-@settings_command(
-    "calibrate", CalibrateParameters, OPTIONS, complete=_complete, files=files_as_settings
-)
+@scenario_command("calibrate", CalibrateParameters, OPTIONS)
 def command(settings: CalibrateParameters, json: bool) -> None:
     """Measure in one run of SUMO what the queue simulator should use.
 
@@ -96,9 +86,7 @@ def command(settings: CalibrateParameters, json: bool) -> None:
     found.save(settings.out)
     compared: list[Agreement] = []
     if settings.seeds:
-        if is_cold():
-            with waiting("First start: compiling kernels, once …"):
-                compile_kernels()
+        compile_first()
         programs = all(item.program for item in scenario.network.intersections)
         controllers = (("program",) if programs else ()) + COMPARED
         with progress("runs") as advance:
@@ -116,11 +104,7 @@ def command(settings: CalibrateParameters, json: bool) -> None:
 
 
 def _measured(found: Calibration, scenario: Scenario) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False)
-    table.add_column("measured")
-    for name in ("before", "now"):
-        table.add_column(name, justify="right", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
+    made = table("measured", ">before", ">now", "!unit", padding=(0, 1))
     dynamics, timing, network = scenario.dynamics, scenario.timing, scenario.network
     flow = dynamics.saturation_flow_veh_per_s, found.saturation_flow_veh_per_s
     wave = dynamics.start_wave_veh_per_s, found.start_wave_veh_per_s
@@ -134,17 +118,14 @@ def _measured(found: Calibration, scenario: Scenario) -> Table:
         ("time on a link, mean", time, 1, "s"),
         ("of these not lost", free, 1, "s"),
     ):
-        table.add_row(what, number(before, digits), number(now, digits), unit)
-    table.caption = f"{found.headways} headways, {found.passages} undisturbed passages of links"
-    return table
+        made.add_row(what, number(before, digits), number(now, digits), unit)
+    made.caption = f"{found.headways} headways, {found.passages} undisturbed passages of links"
+    return made
 
 
 def _compared(compared: list[Agreement]) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False)
-    table.add_column("controller", no_wrap=True)
-    table.add_column("measure, s", no_wrap=True)
-    for name in ("SUMO", "queue before", "now"):
-        table.add_column(name, justify="right", no_wrap=True)
+    heads = ("!controller", "!measure, s", ">SUMO", ">queue before", ">now")
+    made = table(*heads, padding=(0, 1))
     for each in compared:
         for label, values in (("travel time", each.travel_time_s), ("delay", each.delay_s)):
             judged = values[JUDGE]
@@ -153,8 +134,8 @@ def _compared(compared: list[Agreement]) -> Table:
                 for name in (PLAIN, CALIBRATED)
             ]
             name = each.controller if label == "travel time" else ""
-            table.add_row(name, label, number(judged, 1), *cells)
-    return table
+            made.add_row(name, label, number(judged, 1), *cells)
+    return made
 
 
 def _as_json(found: Calibration, compared: list[Agreement], out: Path) -> dict[str, Any]:

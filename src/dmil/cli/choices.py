@@ -1,25 +1,20 @@
-"""Which scenario and which controller: what simulate, train and evaluate share."""
+"""Which scenario, simulator and reward: what simulate, train and evaluate share."""
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, Field
 
-from dmil.cli.parameters import Option, set_option, split
-from dmil.controllers import CONTROLLERS, make_settings
-from dmil.controllers.variants import Variant, parse_variant
+from dmil.cli.parameters import Option, options, settings_command, split
 from dmil.demand.arrivals import DEFAULT_BATCH_VEH
 from dmil.errors import InputError
-from dmil.importing import import_object
 from dmil.network.grid import ENTRY_LINK_TIME_S, LINK_TIME_S
 from dmil.rewards import PAPER_CONSTANTS, Reward, RewardConstants, make_reward
 from dmil.scenarios.demand_changes import DemandChanges, changes_of
 from dmil.scenarios.recipe import DynamicsChanges, GridChanges, ScenarioRecipe, TimingChanges
-from dmil.training import Policy, load_policy
+from dmil.training import Policy
 
 _DEMAND = "Demand (by default the scenario's own)"
 _SIGNALS = "Signals and queues (by default the scenario's own)"
@@ -78,31 +73,20 @@ DEMAND_OPTIONS = (
 """How random arrivals differ from a scenario's own."""
 
 SCENARIO_OPTIONS = (
-    Option("scenario", "--scenario", "Scenario"),
-    Option("roadnet", "--roadnet", "Scenario", "FILE"),
-    Option("flow", "--flow", "Scenario", "FILE"),
-    Option("net", "--net", "Scenario", "FILE"),
-    Option("routes", "--routes", "Scenario", "FILE,FILE"),
-    Option("additional", "--additional", "Scenario", "FILE,FILE"),
-    Option("begin_s", "--begin", "Scenario"),
-    Option("phases", "--phases", "Scenario", "program|derived"),
-    Option("routing", "--routing", "Scenario", "sumo|mesoscopic|free-flow"),
-    Option("horizon_s", "--steps", "Scenario"),
-    Option("load", "--load", "Scenario"),
-    Option("resample", "--resample", "Scenario"),
-    Option("resample_shift_s", "--resample-shift", "Scenario"),
-    Option("calibration", "--calibration", "Scenario", "FILE"),
+    *options(
+        "Scenario",
+        "scenario; roadnet FILE; flow FILE; net FILE; routes FILE,FILE; additional FILE,FILE; "
+        "begin_s; phases program|derived; routing sumo|mesoscopic|free-flow; "
+        "horizon_s --steps; load; resample; resample_shift_s; calibration FILE",
+    ),
     *DEMAND_OPTIONS,
-    Option("timing.decision_interval_s", "--decision-interval", _SIGNALS),
-    Option("timing.clearance_s", "--clearance", _SIGNALS),
-    Option("timing.all_red_s", "--all-red", _SIGNALS),
-    Option("timing.min_green_s", "--min-green", _SIGNALS),
-    Option("timing.max_green_s", "--max-green", _SIGNALS),
-    Option("timing.startup_lost_s", "--startup-lost", _SIGNALS),
-    Option("dynamics.saturation_flow_veh_per_s", "--saturation-flow", _SIGNALS),
-    Option("dynamics.storage", "--storage", _SIGNALS),
-    Option("dynamics.vehicle_space_m", "--vehicle-space", _SIGNALS),
-    Option("dynamics.gap_wait_s", "--gap-wait", _SIGNALS),
+    *options(
+        _SIGNALS,
+        "timing.decision_interval_s; timing.clearance_s; timing.all_red_s; timing.min_green_s; "
+        "timing.max_green_s; timing.startup_lost_s; "
+        "dynamics.saturation_flow_veh_per_s --saturation-flow; dynamics.storage; "
+        "dynamics.vehicle_space_m; dynamics.gap_wait_s",
+    ),
 )
 
 SIMULATOR_OPTIONS = (
@@ -144,87 +128,6 @@ class RewardChoice(BaseModel):
             If there is none of that name, or it does not have the constants that are given.
         """
         return make_reward(self.reward, self.reward_constants)
-
-
-def controller_options(many: bool) -> tuple[Option, ...]:
-    """Return the options that name a controller and change its settings.
-
-    Parameters
-    ----------
-    many
-        Whether several controllers can be named.
-    """
-    panel = "Controllers" if many else "Controller"
-
-    def named(given: Any) -> Any:
-        return [_named(text) for text in given] if many else _named(given)
-
-    return (
-        Option("controller", "--controller", panel, read=named, many=many),
-        set_option(
-            panel,
-            path="changes" if many else "controller",
-            help="Setting of the controller, such as embedding=complex or epsilon=0.2 "
-            "('dmil controllers NAME' lists them).",
-            example="grid.link_time_s=3",
-        ),
-    )
-
-
-class ControllerChoice(BaseModel):
-    """A controller and its options, which stand beside its name."""
-
-    model_config = ConfigDict(frozen=True, extra="allow")
-
-    name: str = Field(
-        description="Name (see dmil controllers), or package.module:Class; with options as in "
-        "NAME,option=value."
-    )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _named(cls, value: Any) -> Any:
-        if isinstance(value, dict) and ":" not in str(value.get("name", ":")):
-            return value | {"name": str(value["name"]).lower()}
-        return _named(value) if isinstance(value, str) else value
-
-    @property
-    def changed(self) -> dict[str, Any]:
-        """Its options that are not the defaults."""
-        entry = CONTROLLERS.get(self.name)
-        usual = entry.settings().model_dump() if entry and entry.settings else {}
-        return {k: v for k, v in self.options.items() if k not in usual or usual[k] != v}
-
-    @property
-    def label(self) -> str:
-        """Its name and the options that are not its defaults, in one word."""
-        return Variant(self.name, self.changed).label
-
-    @property
-    def options(self) -> dict[str, Any]:
-        """Its options."""
-        return dict(self.model_extra or {})
-
-    def complete(self) -> ControllerChoice:
-        """Return the same with all options of a named controller, defaults included."""
-        entry = CONTROLLERS.get(self.name)
-        if entry is None or entry.settings is None:
-            return self
-        where = f"controller '{self.name}'"
-        settings = make_settings(entry.settings, self.options, where=where)
-        return ControllerChoice(**{"name": self.name, **settings.model_dump()})
-
-    @property
-    def meanings(self) -> dict[str, str]:
-        """What the options of a named controller mean."""
-        entry = CONTROLLERS.get(self.name)
-        fields = entry.settings.model_fields if entry and entry.settings else {}
-        return {name: field.description or "" for name, field in fields.items()}
-
-
-def _named(text: str) -> dict[str, Any]:
-    variant = parse_variant(text)
-    return {"name": variant.name, **variant.options}
 
 
 def with_scenario_of(recipe: ScenarioRecipe, policy: Policy | None) -> ScenarioRecipe:
@@ -300,32 +203,32 @@ def complete_scenario(settings: ScenarioRecipe) -> dict[str, Any]:
     }
 
 
-def accepted(controller: str, options: dict[str, Any]) -> dict[str, Any]:
-    """Return those of some options that a controller has.
+def scenario_command(
+    name: str,
+    kind: type[Any],
+    options: tuple[Option, ...],
+    complete: Callable[[Any], dict[str, Any]] | None = None,
+) -> Callable[[Callable[[Any, bool], None]], Callable[..., None]]:
+    """Turn a function of settings with a scenario into a command, see `settings_command`.
 
     Parameters
     ----------
-    controller
-        Its name, or the import path of one of the user's own.
-    options
-        Such as those that freeze a learner.
+    name, kind, options
+        The command.
+    complete
+        What the program would fill in later; by default all of scenario and controllers.
     """
-    if ":" not in controller and controller not in CONTROLLERS:
-        return options  # making it will say that there is no such controller
-    if controller in CONTROLLERS:
-        settings = CONTROLLERS[controller].settings
-        known = set(settings.model_fields) if settings else set()
-    else:
-        found = import_object(controller, "controller")
-        if not callable(found):
-            return options  # making it will say so
-        parameters = inspect.signature(found).parameters.values()
-        if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
-            return options
-        known = {parameter.name for parameter in parameters}
-    return {name: value for name, value in options.items() if name in known}
+
+    def completed(settings: Any) -> Any:
+        return settings.model_copy(update=(complete or _complete)(settings))
+
+    return settings_command(name, kind, options, complete=completed, files=files_as_settings)
 
 
-def policy_from(path: Path | None) -> Policy | None:
-    """Read a policy where one is given."""
-    return None if path is None else load_policy(path)
+def _complete(settings: Any) -> dict[str, Any]:
+    changes, chosen = complete_scenario(settings), getattr(settings, "controller", None)
+    if isinstance(chosen, tuple):
+        changes["controller"] = tuple(each.complete() for each in chosen)
+    elif chosen:
+        changes["controller"] = chosen.complete()
+    return changes

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from dmil.cli.choices import accepted
+from pydantic import Field
+
+from dmil.cli.choices import RewardChoice, SimulatorChoice
+from dmil.cli.controller_choice import Controllers
+from dmil.cli.parameters import JOBS
 from dmil.cli.terminal import say
 from dmil.controllers import CONTROLLERS, check_controller
 from dmil.controllers.variants import Variant, parse_variant
 from dmil.errors import InputError
-from dmil.experiments.comparison import REFERENCE, Contender
+from dmil.experiments.comparison import REFERENCE
+from dmil.experiments.contender import Contender, accepted
 from dmil.experiments.tuning import load_tuned
 from dmil.scenarios import Scenario
+from dmil.scenarios.recipe import ScenarioRecipe
+from dmil.seeding import LARGEST_SEED
 from dmil.training import Policy
-
-if TYPE_CHECKING:
-    from dmil.cli.evaluate import EvaluateParameters
 
 GRID = "grid:"
 GRID_BASELINES = ("fixed-cycle", "longest-queue-first", "max-pressure")
@@ -31,6 +34,46 @@ BASELINES = (
 """What stands beside a network's own plan: what is hard to beat, and needs no training."""
 REFERENCES = ("program", REFERENCE, "max-pressure,approaching=true")
 """Whom differences are taken to if nobody is named: the first that is there."""
+
+
+class EvaluateParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
+    """A comparison."""
+
+    controller: Controllers = Field((), description="Controller to judge; may be repeated.")
+    policy: tuple[Path, ...] = Field((), description="Policy to judge; may be repeated.")
+    tuned: tuple[Path, ...] = Field(
+        (), description="Controller to judge with what dmil tune chose for it; may be repeated."
+    )
+    changes: dict[str, Any] = Field(
+        {}, description="Settings that go over those of all judged controllers and policies."
+    )
+    seeds: int = Field(10, ge=1, description="Number of test seeds.")
+    seed: int = Field(0, ge=0, le=LARGEST_SEED, description="First of the seeds.")
+    baselines: bool = Field(
+        True,
+        description="Put the own plan, actuated control (in SUMO), longest-queue-first and "
+        "max-pressure with approaching, factored and lookahead beside; on grids fixed-cycle, "
+        "longest-queue-first and max-pressure.",
+    )
+    reference: str | None = Field(
+        None,
+        description="Whom differences are taken to: a controller, put beside if it is not yet, or "
+        "the file name of a policy; by default the network's own plan, or max-pressure.",
+    )
+    learn: bool = Field(
+        False, description="Let learners go on learning and exploring during the test."
+    )
+    epsilon: float | None = Field(
+        None,
+        ge=0,
+        le=1,
+        description="Chance of a random action; by default 0 when frozen, else the learner's own.",
+    )
+    report: Path | None = Field(
+        None, description="Write the comparison as a page (.html) with a picture of the network."
+    )
+    csv: Path | None = Field(None, description="Write the values of every seed, one row a run.")
+    jobs: int | None = JOBS
 
 
 def baselines_of(scenario: Scenario, simulator: str) -> tuple[str, ...]:
@@ -59,15 +102,6 @@ def contenders_of(
 ) -> tuple[list[Contender], str]:
     """Return everyone who runs, each with a label of its own, and the reference's label.
 
-    Parameters
-    ----------
-    settings
-        The command's.
-    policies
-        The policies it names, read.
-    scenario
-        Where they run.
-
     Raises
     ------
     InputError
@@ -75,11 +109,11 @@ def contenders_of(
     """
     made: dict[str, Contender] = {}
 
-    def add(label: str, **contender: Any) -> None:
+    def add(label: str, variant: Variant, **contender: Any) -> None:
         unique, count = label, 2
         while unique in made:
             unique, count = f"{label} ({count})", count + 1
-        made[unique] = Contender(unique, **contender)
+        made[unique] = Contender(unique, variant, **contender)
 
     def with_changes(label: str) -> str:
         return Variant(label, settings.changes).label
@@ -90,35 +124,31 @@ def contenders_of(
     for path, policy in zip(settings.policy, policies, strict=True):
         options = accepted(policy.controller, mode) | settings.changes
         learned = {"reward": policy.reward, "reward_constants": policy.reward_constants}
-        add(with_changes(path.name), options=json.dumps(options), policy=str(path), **learned)
+        variant = Variant(policy.controller, options)
+        add(with_changes(path.name), variant, policy=str(path), **learned)
     for choice in settings.controller:
         check_controller(choice.name)
         # What freezes a learner goes over its defaults, not over what somebody asked for.
         frozen = choice.options | _untrained(choice.name, mode)
         options = frozen | choice.changed | settings.changes
         label = Variant(choice.name, choice.changed | settings.changes).label
-        add(label, **_named(choice.name, options), **own)
+        add(label, Variant(choice.name, options), **own)
         _warn_of_nothing_learned(label, options)
     for path in settings.tuned:
         tuned = load_tuned(path)
         options = tuned.chosen | _untrained(tuned.controller, mode) | settings.changes
         its = {"reward": tuned.reward, "reward_constants": tuned.reward_constants}
-        add(with_changes(f"{tuned.label} tuned"), **_named(tuned.controller, options), **its)
+        add(with_changes(f"{tuned.label} tuned"), Variant(tuned.controller, options), **its)
         _warn_of_nothing_learned(tuned.label, options, path)
     for text in baselines_of(scenario, settings.simulator) if settings.baselines else ():
         if text not in made:
-            variant = parse_variant(text)
-            add(text, **_named(variant.name, dict(variant.options)))
+            add(text, parse_variant(text))
     reference = next((each for each in REFERENCES if each in made), REFERENCE)
     if settings.reference is not None:
         reference = _reference_label(settings.reference, list(made))
         if reference not in made:
-            add(reference, **_reference(reference, mode, list(made)), **own)
+            add(reference, _reference(reference, mode, list(made)), **own)
     return list(made.values()), reference
-
-
-def _named(name: str, options: dict[str, Any]) -> dict[str, Any]:
-    return {"controller": name, "options": json.dumps(options)}
 
 
 def _warn_of_nothing_learned(
@@ -138,7 +168,7 @@ def _reference_label(wanted: str, made: list[str]) -> str:
     return policies[0] if policies else parse_variant(wanted).label
 
 
-def _reference(wanted: str, mode: dict[str, Any], made: list[str]) -> dict[str, Any]:
+def _reference(wanted: str, mode: dict[str, Any], made: list[str]) -> Variant:
     variant = parse_variant(wanted)
     if ":" not in variant.name and variant.name not in CONTROLLERS:
         raise InputError(
@@ -146,7 +176,7 @@ def _reference(wanted: str, mode: dict[str, Any], made: list[str]) -> dict[str, 
             where="--reference",
             expected=f"one of {', '.join(dict.fromkeys([*made, *CONTROLLERS]))}",
         )
-    return _named(variant.name, _untrained(variant.name, mode) | dict(variant.options))
+    return Variant(variant.name, _untrained(variant.name, mode) | dict(variant.options))
 
 
 def _untrained(name: str, mode: dict[str, Any]) -> dict[str, Any]:

@@ -27,6 +27,11 @@ ELLIPSIS = "…"
 app = typer.Typer(add_completion=False)
 
 
+def _scenario(metavar: str, help: str, min: int | None = None) -> Any:
+    most = None if min is None else LONGEST_RUN_S
+    return typer.Option(metavar=metavar, help=help, rich_help_panel=SCENARIO, min=min, max=most)
+
+
 @app.command(cls=Command)
 def doctor(
     files: Annotated[
@@ -38,80 +43,51 @@ def doctor(
             show_default=False,
         ),
     ] = None,
-    scenario: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME", help="The same as a name among FILES.", rich_help_panel=SCENARIO
-        ),
-    ] = None,
-    net: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE", help="The same as a network among FILES.", rich_help_panel=SCENARIO
-        ),
-    ] = None,
+    scenario: Annotated[str | None, _scenario("NAME", "The same as a name among FILES.")] = None,
+    net: Annotated[str | None, _scenario("FILE", "The same as a network among FILES.")] = None,
     routes: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE,FILE",
-            help="The same as route files among FILES.",
-            rich_help_panel=SCENARIO,
-        ),
+        str | None, _scenario("FILE,FILE", "The same as route files among FILES.")
     ] = None,
     roadnet: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Road network in CityFlow's format, whatever it is called.",
-            rich_help_panel=SCENARIO,
-        ),
+        _scenario("FILE", "Road network in CityFlow's format, whatever it is called."),
     ] = None,
     flow: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Vehicles in CityFlow's format, on the roads of that network.",
-            rich_help_panel=SCENARIO,
-        ),
+        _scenario("FILE", "Vehicles in CityFlow's format, on the roads of that network."),
     ] = None,
     begin: Annotated[
         int | None,
-        typer.Option(
-            metavar="N",
+        _scenario(
+            "N",
+            "SUMO's second at which a run begins; by default that of the configuration, or 0.",
             min=0,
-            max=LONGEST_RUN_S,
-            help="SUMO's second at which a run begins; by default that of the configuration, or 0.",
-            rich_help_panel=SCENARIO,
         ),
     ] = None,
     steps: Annotated[
         int | None,
-        typer.Option(
-            metavar="N",
+        _scenario(
+            "N",
+            "Length of a run in s; by default until the configuration's end, or until the last "
+            "departure.",
             min=1,
-            max=LONGEST_RUN_S,
-            help="Length of a run in s; by default until the configuration's end, or until the "
-            "last departure.",
-            rich_help_panel=SCENARIO,
         ),
     ] = None,
     phases: Annotated[
         str | None,
-        typer.Option(
-            metavar="program|derived",
-            help="Phases of a SUMO network: those of its own signal programs (the default), or "
-            "derived from the movements that do not cross.",
-            rich_help_panel=SCENARIO,
+        _scenario(
+            "program|derived",
+            "Phases of a SUMO network: those of its own signal programs (the default), or derived "
+            "from the movements that do not cross.",
         ),
     ] = None,
     routing: Annotated[
         str | None,
-        typer.Option(
-            metavar="sumo|mesoscopic|free-flow",
-            help="Ways of trips without a route: those that SUMO chooses in the traffic, the same "
-            "by its mesoscopic model in a tenth of the time (the default where it is installed), "
-            "or the fastest on empty roads.",
-            rich_help_panel=SCENARIO,
+        _scenario(
+            "sumo|mesoscopic|free-flow",
+            "Ways of trips without a route: those that SUMO chooses in the traffic, the same by "
+            "its mesoscopic model in a tenth of the time (the default where it is installed), or "
+            "the fastest on empty roads.",
         ),
     ] = None,
     intersection: Annotated[

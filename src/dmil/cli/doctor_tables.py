@@ -20,13 +20,7 @@ _LETTER = {"right": "R", "straight": "F", "left": "L", "uturn": "U"}
 
 
 def intersection_text(item: IntersectionFacts) -> Iterator[RenderableType]:
-    """Say all about one intersection.
-
-    Parameters
-    ----------
-    item
-        What was understood of it.
-    """
+    """Say all about one intersection."""
     alike = "none" if item.alike == 1 else str(item.alike - 1)
     yield Text(f"Intersection {item.id}", "bold")
     lines = {
@@ -50,13 +44,7 @@ def intersection_text(item: IntersectionFacts) -> Iterator[RenderableType]:
 
 
 def one_each(rows: Sequence[IntersectionFacts]) -> Table:
-    """Return one row for every intersection.
-
-    Parameters
-    ----------
-    rows
-        The intersections.
-    """
+    """Return one row for every intersection."""
     table = _table("id", "shape", "roads in", "moves", "phases", "sym", *_plan_heads(rows), gap=0)
     table.columns[2].min_width = min(ROADS_WIDTH, max(len(_lanes(item)) for item in rows))
     for item in rows:
@@ -65,13 +53,7 @@ def one_each(rows: Sequence[IntersectionFacts]) -> Table:
 
 
 def by_shape(rows: Sequence[IntersectionFacts]) -> Table:
-    """Return one row for every shape, with its busiest intersection.
-
-    Parameters
-    ----------
-    rows
-        The intersections.
-    """
+    """Return one row for every shape, with its busiest intersection."""
     table = _table(
         "shape", "number", "such as", "moves", "phases", "sym", *_plan_heads(rows), gap=0
     )
@@ -187,35 +169,15 @@ def _table(*heads: str, gap: int = 1) -> Table:
 
 
 def short(name: str) -> str:
-    """Return an id that does not fill a line; its beginning is enough to name it.
-
-    Parameters
-    ----------
-    name
-        The id.
-    """
+    """Return an id that does not fill a line; its beginning is enough to name it."""
     return name if len(name) <= LONGEST_ID else f"{name[: LONGEST_ID - 1]}…"
 
 
 def inside(part: RenderableType) -> Padding:
-    """Move a part in below its headline.
-
-    Parameters
-    ----------
-    part
-        What is printed.
-    """
+    """Move a part in below its headline."""
     return indented(part, 2)
 
 
 def indented(part: RenderableType, columns: int) -> Padding:
-    """Move a part in.
-
-    Parameters
-    ----------
-    part
-        What is printed.
-    columns
-        How far.
-    """
+    """Move a part in."""
     return Padding(part, (0, 0, 0, columns), expand=False)

@@ -38,15 +38,7 @@ _COLOUR: dict[Severity, str] = {"error": "bold red", "warning": "yellow", "note"
 
 
 def network_text(diagnosis: Diagnosis, everything: bool) -> Iterator[RenderableType]:
-    """Say what the network is.
-
-    Parameters
-    ----------
-    diagnosis
-        What was understood.
-    everything
-        Whether every intersection is shown whole.
-    """
+    """Say what the network is."""
     facts, case = diagnosis.network, diagnosis.case
     yield Text(shown(case.name), "bold")
     if case.files:
@@ -79,13 +71,7 @@ def network_text(diagnosis: Diagnosis, everything: bool) -> Iterator[RenderableT
 
 
 def demand_text(diagnosis: Diagnosis) -> Iterator[RenderableType]:
-    """Say who drives, when, and whether the signals can serve it.
-
-    Parameters
-    ----------
-    diagnosis
-        What was understood.
-    """
+    """Say who drives, when, and whether the signals can serve it."""
     traffic, case = diagnosis.traffic, diagnosis.case
     yield Text("Demand", "bold")
     if traffic is None:
@@ -116,15 +102,7 @@ def demand_text(diagnosis: Diagnosis) -> Iterator[RenderableType]:
 
 
 def findings_text(findings: Sequence[Finding], everything: bool) -> Iterator[RenderableType]:
-    """List findings with their mends, those of one kind together.
-
-    Parameters
-    ----------
-    findings
-        Sorted by severity and kind.
-    everything
-        Whether to show more than a few of each kind.
-    """
+    """List findings with their mends, those of one kind together."""
     if not findings:
         yield Text("Nothing found that is wrong or suspicious.", "green")
         return
@@ -157,13 +135,7 @@ def _kind_text(
 
 
 def sparkline(counts: Sequence[int]) -> str:
-    """Draw numbers as bars of text, from 0 to the largest.
-
-    Parameters
-    ----------
-    counts
-        Numbers of 0 or more.
-    """
+    """Draw numbers as bars of text, from 0 to the largest."""
     most = max(counts, default=0) or 1
     return "".join(_BARS[-(-(len(_BARS) - 1) * count // most)] for count in counts)
 

@@ -4,98 +4,32 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import typer
-from pydantic import Field, field_validator
 
-from dmil.cli.application import StoppedError
-from dmil.cli.building import built, say_stand_ins
-from dmil.cli.choices import (
-    SCENARIO_OPTIONS,
-    SIMULATOR_OPTIONS,
-    ControllerChoice,
-    RewardChoice,
-    SimulatorChoice,
-    complete_scenario,
-    controller_options,
-    files_as_settings,
-    with_scenario_of,
-)
-from dmil.cli.contenders import contenders_of
-from dmil.cli.evaluate_output import as_json, notes_of, write_seeds
+from dmil.cli.building import built, compile_first, say_stand_ins, stopping
+from dmil.cli.choices import SCENARIO_OPTIONS, SIMULATOR_OPTIONS, scenario_command, with_scenario_of
+from dmil.cli.contenders import EvaluateParameters, contenders_of
+from dmil.cli.controller_choice import controller_options
+from dmil.cli.evaluate_output import as_json, notes_of, unfair, write_seeds
 from dmil.cli.evaluate_table import (
     COLUMN_WIDTH,
     LABEL_WIDTH,
     comparison_table,
     ranking_table,
 )
-from dmil.cli.fairness import unfair
 from dmil.cli.help import Command
-from dmil.cli.parameters import Option, settings_command
+from dmil.cli.parameters import Option, options
 from dmil.cli.terminal import print_json, progress, results, say, show, waiting
-from dmil.compilation import is_cold
 from dmil.errors import InputError
 from dmil.experiments.answer import METRIC, answer, locked_notes
 from dmil.experiments.comparison import Comparison, compare
-from dmil.experiments.warm_up import compile_kernels
 from dmil.parallel import LocalExecutor
 from dmil.scenarios import Scenario
 from dmil.scenarios.demand_changes import DemandChanges
 from dmil.scenarios.names import shown
 from dmil.scenarios.recipe import ScenarioRecipe
-from dmil.seeding import LARGEST_SEED
 from dmil.training import Policy, load_policy
-
-
-class EvaluateParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
-    """A comparison."""
-
-    controller: tuple[ControllerChoice, ...] = Field(
-        (), description="Controller to judge; may be repeated."
-    )
-    policy: tuple[Path, ...] = Field((), description="Policy to judge; may be repeated.")
-    tuned: tuple[Path, ...] = Field(
-        (), description="Controller to judge with what dmil tune chose for it; may be repeated."
-    )
-    changes: dict[str, Any] = Field(
-        {}, description="Settings that go over those of all judged controllers and policies."
-    )
-    seeds: int = Field(10, ge=1, description="Number of test seeds.")
-    seed: int = Field(0, ge=0, le=LARGEST_SEED, description="First of the seeds.")
-    baselines: bool = Field(
-        True,
-        description="Put the own plan, actuated control (in SUMO), longest-queue-first and "
-        "max-pressure with approaching, factored and lookahead beside; on grids fixed-cycle, "
-        "longest-queue-first and max-pressure.",
-    )
-    reference: str | None = Field(
-        None,
-        description="Whom differences are taken to: a controller, put beside if it is not yet, or "
-        "the file name of a policy; by default the network's own plan, or max-pressure.",
-    )
-    learn: bool = Field(
-        False, description="Let learners go on learning and exploring during the test."
-    )
-    epsilon: float | None = Field(
-        None,
-        ge=0,
-        le=1,
-        description="Chance of a random action; by default 0 when frozen, else the learner's own.",
-    )
-    report: Path | None = Field(
-        None, description="Write the comparison as a page (.html) with a picture of the network."
-    )
-    csv: Path | None = Field(None, description="Write the values of every seed, one row a run.")
-    jobs: int | None = Field(
-        None, ge=1, description="Parallel processes; by default one per core. Same results."
-    )
-
-    @field_validator("controller", mode="before")
-    @classmethod
-    def _several(cls, value: Any) -> Any:
-        return value if isinstance(value, list | tuple) else [value]
-
 
 OPTIONS = (
     *SCENARIO_OPTIONS,
@@ -105,12 +39,7 @@ OPTIONS = (
     Option("tuned", "--tuned", "Controllers", "FILE", many=True),
     Option("baselines", "--baselines", "Controllers"),
     Option("reference", "--reference", "Controllers", "NAME"),
-    Option("learn", "--learn", "Test"),
-    Option("epsilon", "--epsilon", "Test"),
-    Option("reward", "--reward", "Test"),
-    Option("seeds", "--seeds", "Test"),
-    Option("seed", "--seed", "Test"),
-    Option("jobs", "--jobs", "Test"),
+    *options("Test", "learn; epsilon; reward; seeds; seed; jobs"),
     Option("report", "--report", "Output", "FILE"),
     Option("csv", "--csv", "Output", "FILE"),
 )
@@ -118,16 +47,8 @@ OPTIONS = (
 app = typer.Typer(add_completion=False)
 
 
-def _complete(settings: EvaluateParameters) -> EvaluateParameters:
-    controllers = tuple(choice.complete() for choice in settings.controller)
-    changes = complete_scenario(settings) | {"controller": controllers}
-    return settings.model_copy(update=changes)
-
-
 @app.command(cls=Command)
-@settings_command(
-    "evaluate", EvaluateParameters, OPTIONS, complete=_complete, files=files_as_settings
-)
+@scenario_command("evaluate", EvaluateParameters, OPTIONS)
 def evaluate(settings: EvaluateParameters, json: bool) -> None:
     """Compare controllers and trained policies on the same vehicles.
 
@@ -159,58 +80,51 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
     recipe = with_scenario_of(settings, policies[0] if policies else None)
     scenario = built(recipe)
     contenders, reference = contenders_of(settings, policies, scenario)
-    say_stand_ins(scenario, settings.simulator, [each.controller for each in contenders])
-    if is_cold():
-        with waiting("First start: compiling kernels, once …"):
-            compile_kernels()
+    say_stand_ins(scenario, settings.simulator, [each.variant.name for each in contenders])
+    compile_first()
     seeds = range(settings.seed, settings.seed + settings.seeds)
     executor = LocalExecutor(settings.jobs)
-    try:
-        with progress("runs") as advance:
-            found = compare(
-                recipe,
-                contenders,
-                seeds,
-                simulator=settings.simulator,
-                emissions=settings.emissions,
-                reference=reference,
-                executor=executor,
-                progress=advance,
-            )
-    except KeyboardInterrupt:
-        raise StoppedError("nothing is kept of a comparison") from None
+    with stopping("nothing is kept of a comparison"), progress("runs") as advance:
+        found = compare(
+            recipe,
+            contenders,
+            seeds,
+            simulator=settings.simulator,
+            emissions=settings.emissions,
+            reference=reference,
+            executor=executor,
+            progress=advance,
+        )
     found = replace(found.ranked(METRIC), withheld=unfair(scenario, found.labels))
     notes = notes_of(settings, found, scenario, _others(recipe, policies, settings))
     seed_text = f"{len(seeds)} seeds" if len(seeds) > 1 else f"seed {seeds[0]}"
     about = (f"{scenario.horizon_s} s", seed_text, f"simulator: {settings.simulator}")
+    if not json:
+        show(f"{shown(scenario.name)}, {scenario.horizon_s} s, {seed_text}", "")
+        _show(found, notes)
+    # Last: if one cannot be written, the numbers of a long run are there all the same.
+    tell = (lambda text: None) if json else say
+    if settings.csv is not None:
+        write_seeds(settings.csv, found)
+        tell(f"Every seed: {settings.csv}")
+    if settings.report is not None:
+        _write_report(settings.report, recipe, scenario, found, about, notes)
+        tell(f"Report: {settings.report}")
     if json:
-        if settings.csv is not None:
-            write_seeds(settings.csv, found)
-        if settings.report is not None:
-            _write_report(settings.report, recipe, scenario, found, about, notes)
         files = {"report": settings.report, "csv": settings.csv}
         print_json(as_json(found, scenario, notes) | files)
-        return
-    show(f"{shown(scenario.name)}, {scenario.horizon_s} s, {seed_text}", "")
-    if found.withheld:
-        show(found.withheld, "")
-    show(answer(found), "")
-    for note in locked_notes(found):
-        show(note, "")
+
+
+def _show(found: Comparison, notes: list[str]) -> None:
+    for text in (found.withheld, answer(found), *locked_notes(found)):
+        if text:
+            show(text, "")
     show(ranking_table(found, METRIC), "")
     # As many controllers side by side as the terminal is wide.
     fitting = max(1, (results().width - LABEL_WIDTH) // (COLUMN_WIDTH + 1))
     for first in range(0, len(found.labels), fitting):
         show(comparison_table(found, range(len(found.labels))[first : first + fitting]), "")
-    for note in notes:
-        show(note)
-    # Last: if one cannot be written, the numbers of a long run are there all the same.
-    if settings.csv is not None:
-        write_seeds(settings.csv, found)
-        say(f"Every seed: {settings.csv}")
-    if settings.report is not None:
-        _write_report(settings.report, recipe, scenario, found, about, notes)
-        say(f"Report: {settings.report}")
+    show(*notes)
 
 
 def _others(

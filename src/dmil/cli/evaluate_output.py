@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
+from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import polars as pl
 
+from dmil.cli.contenders import EvaluateParameters
 from dmil.cli.measures import UNFINISHED, own_or_s
 from dmil.controllers import CONTROLLERS
 from dmil.demand import ResampledDemand
@@ -17,11 +20,13 @@ from dmil.experiments.comparison import REFERENCE, Comparison
 from dmil.files import write_atomically
 from dmil.results.metrics import COMPARED
 from dmil.scenarios import Scenario
+from dmil.scenarios.fairness import advantages
 from dmil.statistics import Estimate
 
-if TYPE_CHECKING:
-    from dmil.cli.evaluate import EvaluateParameters
-
+PLANS = tuple(name for name, entry in CONTROLLERS.items() if entry.shows_plan)
+"""Controllers that keep the times of the network's own plan, whatever others are given."""
+NAMED = 3
+"""How many intersections are named."""
 UNDRIVABLE = ("unknown-road", "no-way", "one-road")
 ONLINE = tuple(name for name, entry in CONTROLLERS.items() if entry.online)
 
@@ -96,15 +101,28 @@ def _left_out(scenario: Scenario) -> int:
     return sum(each.count for each in remarks if each.kind in UNDRIVABLE)
 
 
+def unfair(scenario: Scenario, labels: Sequence[str]) -> str:
+    """Return why a comparison with the network's own plan is not fair, else nothing."""
+    names = {label.partition(",")[0] for label in labels}
+    if names.isdisjoint(PLANS) or names <= set(PLANS):
+        return ""
+    found = groupby(
+        advantages(scenario.timing, scenario.network), key=lambda each: each.intersection
+    )
+    items = scenario.network.intersections
+    places = [f"{items[i].id}: {'; '.join(map(str, each))}" for i, each in found]
+    if not places:
+        return ""
+    more = f" … and {len(places) - NAMED} more" if len(places) > NAMED else ""
+    return (
+        f"NOT A FAIR COMPARISON: at {len(places)} of {len(items)} intersections controllers lose "
+        f"less time than the plan ({' | '.join(places[:NAMED])}{more}), so no differences are "
+        "shown. Leave out --clearance, --all-red and --min-green: then all keep the plan's times."
+    )
+
+
 def write_seeds(path: Path, found: Comparison) -> None:
     """Write every run as a row of a CSV: its measures, and what locked first in it.
-
-    Parameters
-    ----------
-    path
-        The file.
-    found
-        The comparison.
 
     Raises
     ------
@@ -131,15 +149,7 @@ def write_seeds(path: Path, found: Comparison) -> None:
 
 
 def as_json(found: Comparison, scenario: Scenario, notes: list[str]) -> dict[str, Any]:
-    """Return a comparison as its JSON object.
-
-    Parameters
-    ----------
-    found, scenario
-        What came out, and where.
-    notes
-        How it is to be read.
-    """
+    """Return a comparison as its JSON object."""
     means = {name: found.mean(name) for name in found.measures}
     spreads = {name: found.spread(name) for name in found.measures}
     references = dict.fromkeys((found.reference, REFERENCE))

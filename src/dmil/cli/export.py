@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import json as json_module
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -11,28 +10,18 @@ from typing import Any
 import typer
 from pydantic import Field
 
-from dmil.cli.building import built
-from dmil.cli.choices import (
-    SCENARIO_OPTIONS,
-    ControllerChoice,
-    SimulatorChoice,
-    accepted,
-    complete_scenario,
-    controller_options,
-    files_as_settings,
-    policy_from,
-    with_scenario_of,
-)
+from dmil.cli.building import built, compile_first
+from dmil.cli.choices import SCENARIO_OPTIONS, SimulatorChoice, scenario_command, with_scenario_of
+from dmil.cli.controller_choice import ControllerOrPolicy, controller_options
 from dmil.cli.export_plan import write_plans
 from dmil.cli.help import Command
 from dmil.cli.measures import number
-from dmil.cli.parameters import Option, settings_command
+from dmil.cli.parameters import Option, options
 from dmil.cli.terminal import print_json, say, show, waiting
-from dmil.compilation import is_cold
 from dmil.controllers import CONTROLLERS, make_controller
+from dmil.controllers.variants import Variant
 from dmil.errors import InputError
-from dmil.experiments.comparison import Contender
-from dmil.experiments.warm_up import compile_kernels
+from dmil.experiments.contender import FROZEN, Contender, accepted
 from dmil.network.sumo import SumoSignals, write_sumo_network
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
@@ -47,21 +36,13 @@ from dmil.training.mean_cycle import MeanCycle, mean_cycles
 from dmil.training.signal_events import NONE, EventRecorder, SignalEvent, write_signal_events
 
 PROGRAMS, EVENTS = "programs.add.xml", "signals.csv"
-DEFAULT_CONTROLLER = "max-pressure"
 SHOWN = 10
 """How many warnings are shown."""
 
 
-class ExportParameters(ScenarioRecipe, SimulatorChoice):
+class ExportParameters(ControllerOrPolicy, ScenarioRecipe, SimulatorChoice):
     """What is exported."""
 
-    controller: ControllerChoice = Field(
-        ControllerChoice(name=DEFAULT_CONTROLLER),
-        description="Controller: a name (see dmil controllers) or package.module:Class.",
-    )
-    policy: Path | None = Field(
-        None, description="Policy of a trained controller, instead; it acts frozen and greedily."
-    )
     seed: int = Field(0, ge=0, le=LARGEST_SEED, description="Seed of the run.")
     plan_length_s: int | None = Field(
         None, ge=60, description="Make a plan of its own for every so many s; by default one."
@@ -78,21 +59,14 @@ OPTIONS = (
     *controller_options(many=False),
     Option("policy", "--policy", "Controller", "FILE"),
     Option("seed", "--seed", "Run"),
-    Option("plan_length_s", "--plans", "Output"),
-    Option("network", "--network", "Output"),
-    Option("out", "--out", "Output", "FOLDER"),
+    *options("Output", "plan_length_s --plans; network; out FOLDER"),
 )
 
 app = typer.Typer(add_completion=False)
 
 
-def _complete(settings: ExportParameters) -> ExportParameters:
-    changes = complete_scenario(settings) | {"controller": settings.controller.complete()}
-    return settings.model_copy(update=changes)
-
-
 @app.command(cls=Command)
-@settings_command("export", ExportParameters, OPTIONS, complete=_complete, files=files_as_settings)
+@scenario_command("export", ExportParameters, OPTIONS)
 def export(settings: ExportParameters, json: bool) -> None:
     """Write what a controller did as signal programs for SUMO, and as a table of signal events.
 
@@ -113,19 +87,11 @@ def export(settings: ExportParameters, json: bool) -> None:
     installed, both are run in it and compared. A .sumocfg that names additional files needs them
     before this one: -a theirs.add.xml,plan/programs.add.xml
     """
-    policy = policy_from(settings.policy)
-    if policy and settings.controller.name not in (DEFAULT_CONTROLLER, policy.controller):
-        raise InputError(
-            f"controller '{settings.controller.name}' beside a policy of '{policy.controller}'",
-            where=str(settings.policy),
-            expected="one of the two",
-            mend="leave out --policy or --controller",
-        )
+    policy = settings.load_policy()
     scenario = built(with_scenario_of(settings, policy))
     contender = _contender(settings, policy)
-    if is_cold() and settings.simulator == "queue":
-        with waiting("First start: compiling kernels, once …"):
-            compile_kernels()
+    if settings.simulator == "queue":
+        compile_first()
     with waiting(f"{contender.label} in {settings.simulator} …"):
         events = _run(settings, scenario, contender, settings.simulator)[1]
     if not any(event.phase != NONE for event in events):
@@ -175,15 +141,12 @@ def export(settings: ExportParameters, json: bool) -> None:
 
 
 def _contender(settings: ExportParameters, policy: Policy | None) -> Contender:
-    name = policy.controller if policy else settings.controller.name
+    if policy:
+        return settings.contender(policy)
     # As evaluate runs it: what needs no training learns from the first second.
-    entry = CONTROLLERS.get(name)
-    online = policy is None and entry is not None and entry.online
-    frozen = {} if online else accepted(name, {"learning": False, "epsilon": 0.0})
-    options = json_module.dumps(frozen | settings.controller.options)
-    if settings.policy is None:
-        return Contender(name, name, options)
-    return Contender(settings.policy.name, options=options, policy=str(settings.policy))
+    choice, entry = settings.controller, CONTROLLERS.get(settings.controller.name)
+    frozen = {} if entry is not None and entry.online else accepted(choice.name, FROZEN)
+    return Contender(choice.name, Variant(choice.name, frozen | choice.options))
 
 
 def _worth(settings: ExportParameters, policy: Policy | None) -> list[str]:

@@ -39,15 +39,7 @@ class CommandGroup(TyperGroup):
 
 
 def print_help(command: Any, ctx: Any) -> None:
-    """Print what a command does, its options by group, its commands.
-
-    Parameters
-    ----------
-    command
-        Command or group of Typer's.
-    ctx
-        Its context.
-    """
+    """Print what a command does, its options by group, its commands."""
     console = results()
     pieces = " ".join(command.collect_usage_pieces(ctx))
     console.print(Text.assemble(("Usage: ", "bold"), f"{ctx.command_path} {pieces}"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 import typing
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import typer
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 from pydantic.fields import FieldInfo
 
 from dmil.cli.configuration import (
@@ -41,6 +42,11 @@ FILES = Annotated[
         show_default=False,
     ),
 ]
+JOBS: Any = Field(
+    None, ge=1, description="Parallel processes; by default one per core. Same results."
+)
+"""Field of how many processes work."""
+_UNIT = re.compile("_(s|m|veh)$")
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -127,6 +133,27 @@ class Option:
         return value
 
 
+def options(panel: str, fields: str) -> tuple[Option, ...]:
+    """Return options of one group.
+
+    Parameters
+    ----------
+    panel
+        The group.
+    fields
+        Fields, with their options where these are not called like the field without its unit, and
+        with their metavars where they have one, as in ``load; horizon_s --steps; flow FILE``.
+    """
+    found = []
+    for text in fields.split("; "):
+        path, *rest = text.split(" ")
+        flag = f"--{_UNIT.sub('', path.rpartition('.')[2]).replace('_', '-')}"
+        if rest and rest[0].startswith("--"):
+            flag = rest.pop(0)
+        found.append(Option(path, flag, panel, rest[0] if rest else ""))
+    return tuple(found)
+
+
 def set_option(panel: str, *, help: str, example: str, path: str = "") -> Option:
     """Return the option ``--set``.
 
@@ -143,6 +170,11 @@ def set_option(panel: str, *, help: str, example: str, path: str = "") -> Option
     """
     whole = f"{help} With a dot any value of --print-config, such as {example}. May be repeated."
     return Option(path, SET, panel, "KEY=VALUE", many=True, help=whole, assigns=True)
+
+
+def part_of(settings: BaseModel, kind: type[Model]) -> Model:
+    """Return the part of a command's settings that is of another class."""
+    return kind(**{name: getattr(settings, name) for name in kind.model_fields})
 
 
 def split(text: str) -> list[str]:

@@ -2,65 +2,46 @@
 
 from __future__ import annotations
 
-import contextlib
-import json as json_module
 from pathlib import Path
 from typing import Any
 
 import polars as pl
 import typer
 from pydantic import Field
-from rich import box
 from rich.table import Table
 
-from dmil.cli.building import built, say_stand_ins
+from dmil.cli.building import built, compile_first, say_stand_ins
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS,
-    ControllerChoice,
     RewardChoice,
     SimulatorChoice,
-    accepted,
-    complete_scenario,
-    controller_options,
-    files_as_settings,
-    policy_from,
+    scenario_command,
     with_scenario_of,
 )
+from dmil.cli.controller_choice import ControllerOrPolicy, controller_options
 from dmil.cli.help import Command
 from dmil.cli.measures import UNFINISHED, number
-from dmil.cli.parameters import Option, settings_command
-from dmil.cli.terminal import print_json, say, show, waiting
-from dmil.compilation import is_cold
+from dmil.cli.parameters import Option
+from dmil.cli.terminal import print_json, say, show, table
 from dmil.errors import InputError, OutputError
-from dmil.experiments.comparison import Contender
-from dmil.experiments.trial import measures_row
-from dmil.experiments.warm_up import compile_kernels
+from dmil.experiments.trial import run_row
 from dmil.files import write_atomically
 from dmil.results.metrics import METRICS, RUN_TABLE
 from dmil.rewards import PAPER_CONSTANTS
-from dmil.scenarios import Scenario
 from dmil.scenarios.names import shown
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED, stream
 from dmil.simulation import make_simulator
 from dmil.statistics import mean_interval
-from dmil.training import Policy, Run, evaluate, vehicles_of_seed
+from dmil.training import Run, evaluate, vehicles_of_seed
 
-DEFAULT_CONTROLLER = "max-pressure"
 SERIES_ENDINGS = (".csv", ".parquet")
 
 
-class SimulateParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
+class SimulateParameters(ControllerOrPolicy, ScenarioRecipe, SimulatorChoice, RewardChoice):
     """One controller on one scenario."""
 
-    controller: ControllerChoice = Field(
-        ControllerChoice(name=DEFAULT_CONTROLLER),
-        description="Controller: a name (see dmil controllers) or package.module:Class.",
-    )
-    policy: Path | None = Field(
-        None, description="Policy of a trained controller, instead; it acts frozen and greedily."
-    )
     seed: int = Field(
         0, ge=0, le=LARGEST_SEED, description="Seed of demand and chance; the first of several."
     )
@@ -85,15 +66,8 @@ OPTIONS = (
 app = typer.Typer(add_completion=False)
 
 
-def _complete(settings: SimulateParameters) -> SimulateParameters:
-    changes = complete_scenario(settings) | {"controller": settings.controller.complete()}
-    return settings.model_copy(update=changes)
-
-
 @app.command(cls=Command)
-@settings_command(
-    "simulate", SimulateParameters, OPTIONS, complete=_complete, files=files_as_settings
-)
+@scenario_command("simulate", SimulateParameters, OPTIONS)
 def simulate(settings: SimulateParameters, json: bool) -> None:
     """Run one controller on one scenario and print what was measured.
 
@@ -112,14 +86,7 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
     A controller that learns begins with an empty memory and learns during the run, unless it comes
     from a policy. Times are in s, rates in vehicles per s, lengths in m.
     """
-    policy = policy_from(settings.policy)
-    if policy and settings.controller.name not in (DEFAULT_CONTROLLER, policy.controller):
-        raise InputError(
-            f"controller '{settings.controller.name}' beside a policy of '{policy.controller}'",
-            where=str(settings.policy),
-            expected="one of the two",
-            mend="leave out --policy or --controller; dmil evaluate compares both",
-        )
+    policy = settings.load_policy("leave out --policy or --controller; dmil evaluate compares both")
     if policy and settings.reward_constants not in (PAPER_CONSTANTS, policy.reward_constants):
         raise InputError(
             "other constants of the reward than those the policy learned from",
@@ -128,7 +95,7 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
         )
     recipe = with_scenario_of(settings, policy)
     scenario = built(recipe)
-    contender = _contender(settings, policy)
+    contender = settings.contender(policy)
     reward = (policy or settings).make_reward()
     contender.make(scenario.network)
     if settings.series and settings.series.suffix not in SERIES_ENDINGS:
@@ -141,15 +108,12 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
     say_stand_ins(scenario, settings.simulator, [settings.controller.name])
     rows, series = [], []
     seeds = range(settings.seed, settings.seed + settings.seeds)
-    with contextlib.ExitStack() as stack:
-        if is_cold():
-            stack.enter_context(waiting("First start: compiling kernels, once …"))
-            compile_kernels()
-        for seed in seeds:
-            vehicles = vehicles_of_seed(scenario, seed)
-            run = evaluate(simulator, contender.make(scenario.network), vehicles, reward, seed)
-            rows.append({"seed": seed} | _row(run, scenario))
-            series.append(_series(run, seed))
+    compile_first()
+    for seed in seeds:
+        vehicles = vehicles_of_seed(scenario, seed)
+        run = evaluate(simulator, contender.make(scenario.network), vehicles, reward, seed)
+        rows.append({"seed": seed} | run_row(run, scenario.network))
+        series.append(_series(run, seed))
     if settings.series:
         _write_series(pl.concat(series), settings.series)
     if json:
@@ -171,26 +135,6 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
         say(f"Every second of it: {settings.series}")
 
 
-def _contender(settings: SimulateParameters, policy: Policy | None) -> Contender:
-    options = settings.controller.options
-    if policy is None or settings.policy is None:
-        return Contender(
-            settings.controller.label, settings.controller.name, json_module.dumps(options)
-        )
-    frozen = accepted(policy.controller, {"learning": False, "epsilon": 0.0})
-    return Contender(
-        settings.policy.name,
-        options=json_module.dumps(frozen | options),
-        policy=str(settings.policy),
-    )
-
-
-def _row(run: Run, scenario: Scenario) -> dict[str, Any]:
-    row = measures_row(run.measures, run.memory[-1])
-    row["bytes_per_intersection"] = row["bytes_total"] / len(scenario.network.intersections)
-    return row
-
-
 def _series(run: Run, seed: int) -> pl.DataFrame:
     measures = run.measures
     return pl.DataFrame(
@@ -210,12 +154,8 @@ def _write_series(table: pl.DataFrame, path: Path) -> None:
 def _table(rows: list[dict[str, Any]]) -> Table:
     """Return one value for one run; mean with interval, and the seeds' extremes, for several."""
     several = len(rows) > 1
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False)
-    table.add_column("measure", no_wrap=True)
-    table.add_column("mean" if several else "value", justify="right", no_wrap=True)
-    if several:
-        table.add_column("95 % interval", justify="right", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
+    heads = (">mean", ">95 % interval") if several else (">value",)
+    made = table("!measure", *heads, "!unit", padding=(0, 1))
     frame = pl.DataFrame(rows)
     shown = [n for n in RUN_TABLE if not METRICS[n].optional or (frame[n] != 0).any()]
     values = frame.select(shown).cast(pl.Float64).to_numpy()
@@ -226,5 +166,5 @@ def _table(rows: list[dict[str, Any]]) -> Table:
         if several:
             ends = (number(float(end[i]), digits) for end in (estimate.low, estimate.high))
             cells.append(f"[{', '.join(ends)}]")
-        table.add_row(metric.label, *cells, metric.unit)
-    return table
+        made.add_row(metric.label, *cells, metric.unit)
+    return made

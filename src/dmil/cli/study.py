@@ -2,52 +2,46 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
+from typing import Any
 
 import typer
 from pydantic import Field
 
 from dmil.cli.choices import DEMAND_OPTIONS
 from dmil.cli.help import Command, CommandGroup
-from dmil.cli.parameters import Option, set_option, settings_command, split
-from dmil.cli.study_memories import memories
+from dmil.cli.parameters import Option, options, part_of, set_option, settings_command, split
 from dmil.cli.study_running import RUNNING, RunningParameters, run_and_show
+from dmil.cli.terminal import say
 from dmil.errors import unknown_name
+from dmil.experiments.tuning import load_tuned_folder
 from dmil.studies import (
     PRESETS,
+    MemoriesStudy,
     PaperStudy,
     PaperStudySettings,
     RescoStudy,
     RescoStudySettings,
 )
+from dmil.studies.memories import MemoriesStudySettings
+
+
+def _folder(name: str) -> Any:
+    text = "Folder for results and report; a study begun there continues."
+    return Field(Path(name), description=text)
 
 
 class StudyParameters(PaperStudySettings, RunningParameters):
     """The paper's study, and how it is run here."""
 
-    out: Path = Field(
-        Path("study"), description="Folder for results and report; a study begun there continues."
-    )
-
-    @property
-    def study(self) -> PaperStudySettings:
-        """What is run, without where and how."""
-        names = PaperStudySettings.model_fields
-        return PaperStudySettings(**{name: getattr(self, name) for name in names})
+    out: Path = _folder("study")
 
 
 class RescoParameters(RescoStudySettings, RunningParameters):
     """The study on the RESCO benchmark, and how it is run here."""
 
-    out: Path = Field(
-        Path("resco"), description="Folder for results and report; a study begun there continues."
-    )
-
-    @property
-    def study(self) -> RescoStudySettings:
-        """What is run, without where and how."""
-        names = RescoStudySettings.model_fields
-        return RescoStudySettings(**{name: getattr(self, name) for name in names})
+    out: Path = _folder("resco")
 
 
 def _presets(text: str) -> list[str]:
@@ -61,15 +55,11 @@ def _presets(text: str) -> list[str]:
 
 OPTIONS = (
     Option("presets", "--preset", "Study", "NAMES", read=_presets, default="all"),
-    Option("grids", "--grids", "Study", "NAMES"),
-    Option("seeds", "--seeds", "Study"),
-    Option("first_seed", "--first-seed", "Study"),
-    Option("horizon_s", "--steps", "Study"),
-    Option("load", "--load", "Study"),
-    Option("rewards", "--rewards", "Study", "NAMES"),
-    Option("equal_epsilon", "--equal-epsilon", "Study"),
-    Option("complex_readings", "--complex-readings", "Study", "NAMES"),
-    Option("variant_seeds", "--variant-seeds", "Study"),
+    *options(
+        "Study",
+        "grids NAMES; seeds; first_seed; horizon_s --steps; load; rewards NAMES; "
+        "equal_epsilon; complex_readings NAMES; variant_seeds",
+    ),
     *DEMAND_OPTIONS,
     set_option(
         "Study",
@@ -81,21 +71,80 @@ OPTIONS = (
 
 RESCO_OPTIONS = (
     Option("scenarios", "--scenarios", "Study", "NAMES", read=split),
-    Option("seeds", "--seeds", "Study"),
-    Option("first_seed", "--first-seed", "Study"),
-    Option("episodes", "--episodes", "Study"),
-    Option("horizon_s", "--steps", "Study"),
-    Option("resample", "--resample", "Study"),
-    Option("train_in", "--train-in", "Study"),
-    Option("judge", "--judge", "Study"),
-    Option("calibrate", "--calibrate", "Study"),
-    Option("emissions", "--emissions", "Study"),
-    Option("reward", "--reward", "Study"),
+    *options(
+        "Study",
+        "seeds; first_seed; episodes; horizon_s --steps; resample; train_in; judge; calibrate; "
+        "emissions; reward",
+    ),
     set_option(
         "Study", help="Value of the study, such as episodes=20.", example="sarsa.learning_rate=0.2"
     ),
     *RUNNING,
 )
+
+DATA_VARIABLE = "DMIL_DATA"
+SMALL: dict[str, Any] = {
+    "cells": ("grid:1x1", "grid:3x3*4", "grid:5x5"),
+    "seeds": 5,
+    "episodes": 2,
+    "horizon_s": 1200,
+}
+"""What --small sets unless it is given."""
+NO_CITIES = (
+    "Recorded cities are left out: no folder of data was given. Add --data DIR, or set "
+    f"{DATA_VARIABLE}, to a folder with a folder per city in CityFlow's format."
+)
+
+
+class MemoriesParameters(MemoriesStudySettings, RunningParameters):
+    """The study of memories, and how it is run here."""
+
+    small: bool = Field(
+        False, description="A trial of minutes: three cells, five seeds, runs of 20 minutes."
+    )
+    tuned_in: Path | None = Field(
+        None, description="Folder of dmil tune: controllers run with what was chosen for them."
+    )
+    out: Path = _folder("memories")
+
+    @property
+    def study(self) -> MemoriesStudySettings:
+        """What is run, without where and how."""
+        values = dict(part_of(self, MemoriesStudySettings))
+        if self.small:
+            values |= {k: v for k, v in SMALL.items() if k not in self.model_fields_set}
+        elif self.data is None and os.environ.get(DATA_VARIABLE):
+            values["data"] = Path(os.environ[DATA_VARIABLE])
+        if self.tuned_in is not None:
+            found = load_tuned_folder(self.tuned_in)
+            values["tuned"] = {each.label: each.chosen for each in found} | self.tuned
+            values["tuning"] = tuple(each.summary() for each in found)
+        return MemoriesStudySettings(**values)
+
+
+def variants(text: str) -> list[str]:
+    """Split at commas, but not before the options of a controller."""
+    found: list[str] = []
+    for part in split(text):
+        if "=" in part and found:
+            found[-1] += f",{part}"
+        else:
+            found.append(part)
+    return found
+
+
+MEMORIES_OPTIONS = (
+    Option("controllers", "--controllers", "Study", "NAMES", read=variants, default="all"),
+    Option("ablations", "--ablations", "Study", "NAMES", read=variants, default="factored's"),
+    Option("cells", "--cells", "Study", "NAMES", read=split, default="all"),
+    *options(
+        "Study",
+        "data DIR; seeds; first_seed; episodes; horizon_s --steps; deep; reward; "
+        "tuned_in --tuned FOLDER; small",
+    ),
+    *RUNNING,
+)
+
 
 app = typer.Typer(cls=CommandGroup, add_completion=False, invoke_without_command=True)
 
@@ -113,7 +162,33 @@ def _studies(ctx: typer.Context) -> None:
         ctx.get_help()
 
 
-app.command(cls=Command)(memories)
+@app.command(cls=Command)
+@settings_command("study memories", MemoriesParameters, MEMORIES_OPTIONS)
+def memories(settings: MemoriesParameters, json: bool) -> None:
+    """Run the study of memories: every controller, on grids and cities, under one protocol.
+
+    Rules without memory, the memories that the paper names (SARSA, dual memory, replay, episodic
+    control, pattern maps, team values), factored memory and look-ahead, on one, nine and 25
+    intersections at several loads, and on recorded cities. Those that need it are trained on
+    vehicles that no test uses; then all meet the same vehicles in the same seed.
+
+    The number compared is W: the mean time that a vehicle waits, in s, in an hour. Lower is better.
+    Differences are paired, with 95 % intervals over seeds. Beside it: what a memory takes, in
+    bytes and in time, and how many decisions pass until it is better than max-pressure.
+
+    For example:
+        dmil study memories --data data
+        dmil study memories --no-deep --cells grid:5x5,grid:5x5*3 --out two-cells
+        dmil study memories --controllers factored,max-pressure,max-pressure,approaching=true
+        dmil study memories --small --out trial
+
+    Ctrl-C keeps what is finished; the same command continues. All results but the times are the
+    same bytes however many processes run.
+    """
+    study = settings.study
+    if study.data is None and not study.cells:
+        say(NO_CITIES)
+    run_and_show(MemoriesStudy(study), settings, json)
 
 
 @app.command(cls=Command)
@@ -143,7 +218,7 @@ def paper(settings: StudyParameters, json: bool) -> None:
     Marks: [P] stated by the paper, [A] assumed because no other reading tried gives its magnitudes,
     [F] fitted to its table.
     """
-    run_and_show(PaperStudy(settings.study), settings, json)
+    run_and_show(PaperStudy(part_of(settings, PaperStudySettings)), settings, json)
 
 
 @app.command(cls=Command)
@@ -168,4 +243,4 @@ def resco(settings: RescoParameters, json: bool) -> None:
     It needs the extra sumo: pip install 'dmil[sumo]'. Ctrl-C keeps what is finished; the same
     command continues. The results are the same bytes however many processes run.
     """
-    run_and_show(RescoStudy(settings.study), settings, json)
+    run_and_show(RescoStudy(part_of(settings, RescoStudySettings)), settings, json)

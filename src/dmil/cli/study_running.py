@@ -9,8 +9,9 @@ from typing import Any
 import typer
 from pydantic import BaseModel, Field
 
-from dmil.cli.application import FAILED, StoppedError
-from dmil.cli.parameters import Option
+from dmil.cli.application import FAILED
+from dmil.cli.building import stopping
+from dmil.cli.parameters import JOBS, Option, options
 from dmil.cli.terminal import Progress, print_json, progress, say, show, show_lines, waiting
 from dmil.compilation import is_cold
 from dmil.experiments.study import Study, run_study
@@ -22,9 +23,7 @@ from dmil.studies.registry import terminal_of
 class RunningParameters(BaseModel):
     """How a study is run here."""
 
-    jobs: int | None = Field(
-        None, ge=1, description="Parallel processes; by default one per core. Same results."
-    )
+    jobs: int | None = JOBS
     executor: str = Field(
         "local", description="Where runs happen: local (processes) or ray (extra 'ray')."
     )
@@ -39,25 +38,13 @@ class RunningParameters(BaseModel):
 
 
 RUNNING = (
-    Option("out", "--out", "Running", "DIR"),
-    Option("jobs", "--jobs", "Running"),
-    Option("executor", "--executor", "Running"),
-    Option("ray_address", "--ray-address", "Running", "ADDRESS"),
+    *options("Running", "out DIR; jobs; executor; ray_address ADDRESS"),
     Option("report", "--report", "Output"),
 )
 
 
 def run_and_show(study: Study[Any], settings: Any, as_json: bool) -> None:
     """Run a study with progress, write its report, and say what came out.
-
-    Parameters
-    ----------
-    study
-        What to run.
-    settings
-        Running parameters with ``out``.
-    as_json
-        Whether to print one JSON object instead of tables.
 
     Raises
     ------
@@ -93,13 +80,9 @@ def run_and_show(study: Study[Any], settings: Any, as_json: bool) -> None:
 
 def _run(study: Study[Any], settings: Any) -> None:
     executor = settings.make_executor()
-    with progress("blocks", first_word="starting") as advance:
-        try:
-            run_study(study, settings.out, executor=executor, progress=_telling(advance))
-        except KeyboardInterrupt:
-            raise StoppedError(
-                f"what is finished is kept in {settings.out}; the same command continues"
-            ) from None
+    kept = f"what is finished is kept in {settings.out}; the same command continues"
+    with stopping(kept), progress("blocks", first_word="starting") as advance:
+        run_study(study, settings.out, executor=executor, progress=_telling(advance))
 
 
 def _telling(advance: Progress) -> Progress:

@@ -9,10 +9,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
+    from rich.table import Table
     from rich.text import Text
 
 Progress = Callable[[int, int], None]
@@ -170,6 +171,26 @@ def waiting(text: str) -> Iterator[None]:
     else:
         say(text)
         yield
+
+
+def table(*heads: str, padding: tuple[int, ...] = (0, 1, 0, 0)) -> Table:
+    """Return a table to be filled.
+
+    Parameters
+    ----------
+    heads
+        ``>`` before one stands for numbers at the right, ``!`` for words that are not broken.
+    padding
+        See `rich.table.Table`.
+    """
+    from rich import box
+    from rich.table import Table
+
+    made = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=padding)  # type: ignore[arg-type]
+    for head in heads:
+        justify: Literal["left", "right"] = "right" if head.startswith(">") else "left"
+        made.add_column(head.lstrip(">!"), justify=justify, no_wrap=head.startswith((">", "!")))
+    return made
 
 
 def entries(lines: Mapping[str, Any]) -> RenderableType:

@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
 from dmil.cli.help import Command
 from dmil.cli.measures import number
 from dmil.cli.options import Debug, Json
-from dmil.cli.terminal import print_json, say, show
+from dmil.cli.terminal import print_json, say, show, table
 from dmil.theory import (
     STATEMENTS,
     Condition,
@@ -131,33 +130,25 @@ def _ends(ratios: Ratios) -> dict[str, float]:
 
 
 def _ratio_table(worst: Ratios, best: Ratios, limit: float) -> Table:
-    table = _table("", "ζ1 after staging", "ζ2 before staging")
+    made = table("!", ">ζ1 after staging", ">ζ2 before staging")
     for name, ratios in (("worst case, after n stagings", worst), ("best case, M states", best)):
-        table.add_row(name, *(number(value, 3) for value in _ends(ratios).values()))
-    table.add_row("worst case, n without end", number(limit, 3), number(limit, 3))
-    return table
+        made.add_row(name, *(number(value, 3) for value in _ends(ratios).values()))
+    made.add_row("worst case, n without end", number(limit, 3), number(limit, 3))
+    return made
 
 
 def _condition_table(conditions: list[Condition]) -> Table:
-    table = _table("condition", "holds", "here", "needed", "for what")
+    made = table("!condition", "!holds", ">here", ">needed", "for what")
     for condition in conditions:
         word, colour = _MARKS[condition.holds]
         printed = "" if condition.decisive else "dim"
-        table.add_row(
+        made.add_row(
             Text(condition.statement, printed),
             Text(word, colour if condition.decisive else "dim"),
             *(_bound(value) for value in (condition.found, condition.needed)),
             Text(f"{condition.note} ({condition.source})", printed),
         )
-    return table
-
-
-def _table(*heads: str) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0))
-    for i, head in enumerate(heads):
-        right = head in ("here", "needed") or head.startswith("ζ")
-        table.add_column(head, justify="right" if right else "left", no_wrap=i < len(heads) - 1)
-    return table
+    return made
 
 
 def _bound(value: float | None) -> str:

@@ -10,29 +10,26 @@ import typer
 from pydantic import Field
 
 from dmil.cli.application import StoppedError
-from dmil.cli.building import built
+from dmil.cli.building import built, compile_first, stopping
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS,
-    ControllerChoice,
     RewardChoice,
     SimulatorChoice,
-    complete_scenario,
-    controller_options,
-    files_as_settings,
     recipe_of,
+    scenario_command,
 )
+from dmil.cli.controller_choice import ControllerChoice, controller_options
 from dmil.cli.help import Command
 from dmil.cli.measures import number
-from dmil.cli.parameters import Option, settings_command
+from dmil.cli.parameters import Option, options
 from dmil.cli.terminal import print_json, say, show, waiting
 from dmil.cli.train_verdict import as_json, judged, verdict
-from dmil.compilation import is_cold
 from dmil.controllers import CONTROLLERS, MemoryController, make_controller
 from dmil.errors import InputError
 from dmil.experiments.comparison import Comparison
+from dmil.experiments.trial import episode_row
 from dmil.experiments.tuning import load_tuned
-from dmil.experiments.warm_up import compile_kernels
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED
@@ -93,11 +90,7 @@ OPTIONS = (
     SIMULATOR_OPTIONS[0],
     *controller_options(many=False),
     Option("tuned", "--tuned", "Controller", "FILE"),
-    Option("reward", "--reward", "Training"),
-    Option("episodes", "--episodes", "Training"),
-    Option("seed", "--seed", "Training"),
-    Option("prior", "--prior", "Training"),
-    Option("resume", "--resume", "Training", "FILE"),
+    *options("Training", "reward; episodes; seed; prior; resume FILE"),
     Option("compare", "--compare", "Output"),
     Option("out", "--out", "Output", "FILE"),
 )
@@ -105,13 +98,8 @@ OPTIONS = (
 app = typer.Typer(add_completion=False)
 
 
-def _complete(settings: TrainParameters) -> TrainParameters:
-    changes = complete_scenario(settings) | {"controller": settings.controller.complete()}
-    return settings.model_copy(update=changes)
-
-
 @app.command(cls=Command)
-@settings_command("train", TrainParameters, OPTIONS, complete=_complete, files=files_as_settings)
+@scenario_command("train", TrainParameters, OPTIONS)
 def train(settings: TrainParameters, json: bool) -> None:
     """Train a controller and save its policy to a file.
 
@@ -151,9 +139,7 @@ def train(settings: TrainParameters, json: bool) -> None:
     rows: list[dict[str, Any]] = []
 
     controller = _checked(settings, options)
-    if is_cold():
-        with waiting("First start: compiling kernels, once …"):
-            compile_kernels()
+    compile_first()
     if before is not None:
         controller = controller_of(before, scenario.network, where=str(settings.resume))
     elif settings.prior and _begins_from_prior(settings.controller.name):
@@ -167,7 +153,8 @@ def train(settings: TrainParameters, json: bool) -> None:
         controller = made
 
     def keep(episode: int, run: Run) -> None:
-        rows.append(_row(episode + 1, run))
+        names = (name for name, *_ in COLUMNS[1:])
+        rows.append(episode_row(episode + 1, run, *names, "bytes_total"))
         save_policy(
             policy_of(
                 controller,
@@ -209,11 +196,9 @@ def _judged(settings: TrainParameters, scenario: Scenario, out: Path) -> Compari
     """Compare the policy where that is quick, and where it runs no code of others."""
     if settings.simulator != "queue" or ":" in settings.controller.name:
         return None
-    try:
-        with waiting("comparing it with what needs no training"):
-            return judged(out, load_policy(out), recipe_of(settings), scenario)
-    except KeyboardInterrupt:
-        raise StoppedError(f"the policy is whole; judge it: dmil evaluate --policy {out}") from None
+    whole = f"the policy is whole; judge it: dmil evaluate --policy {out}"
+    with stopping(whole), waiting("comparing it with what needs no training"):
+        return judged(out, load_policy(out), recipe_of(settings), scenario)
 
 
 def _resumed(settings: TrainParameters, policy: Policy, where: str) -> TrainParameters:
@@ -290,19 +275,6 @@ def _record(settings: TrainParameters, scenario: Scenario, episodes: int) -> dic
         "seed": settings.seed,
         "prior": settings.prior,
         "episodes": episodes,
-    }
-
-
-def _row(episode: int, run: Run) -> dict[str, Any]:
-    measures, memory = run.measures, run.memory[-1]
-    return {
-        "episode": episode,
-        "travel_time_s": measures.travel_time_s,
-        "wait_per_spawned_s": measures.wait_per_spawned_s,
-        "w_over_vc": measures.w_over_vc,
-        "arrived_veh": measures.arrived_veh,
-        "entries_per_agent": memory.entries,
-        "bytes_total": memory.bytes_total,
     }
 
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
-from dmil.cli.choices import accepted
 from dmil.cli.measures import number
 from dmil.controllers.variants import parse_variant
 from dmil.experiments.answer import METRIC
-from dmil.experiments.comparison import Comparison, Contender, compare, has_same_demand
+from dmil.experiments.comparison import Comparison, compare, has_same_demand
+from dmil.experiments.contender import Contender
 from dmil.parallel import LocalExecutor
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
@@ -22,35 +21,17 @@ SEEDS = 3
 
 
 def judged(path: Path, policy: Policy, recipe: ScenarioRecipe, scenario: Scenario) -> Comparison:
-    """Run a policy, frozen, beside the network's plan and rivals in the queue simulator.
-
-    Parameters
-    ----------
-    path, policy
-        The policy, and where it is.
-    recipe, scenario
-        What it was trained on.
-    """
+    """Run a policy, frozen, beside the network's plan and rivals in the queue simulator."""
     plan = all(item.program for item in scenario.network.intersections)
-    frozen = accepted(policy.controller, {"learning": False, "epsilon": 0.0})
-    contenders = [Contender(path.name, options=json.dumps(frozen), policy=str(path))]
-    for text in ("program" if plan else "fixed-cycle", *RIVALS):
-        variant = parse_variant(text)
-        contenders.append(Contender(text, variant.name, json.dumps(dict(variant.options))))
+    rivals = ("program" if plan else "fixed-cycle", *RIVALS)
+    contenders = [Contender.trained(path, policy, {})]
+    contenders += [Contender(text, parse_variant(text)) for text in rivals]
     seeds = range(1 if has_same_demand(scenario, 0) else SEEDS)
     return compare(recipe, contenders, seeds, executor=LocalExecutor(1)).ranked(METRIC)
 
 
 def verdict(found: Comparison, path: Path) -> list[str]:
-    """Say how it compares, in lines.
-
-    Parameters
-    ----------
-    found
-        What `judged` found.
-    path
-        The policy.
-    """
+    """Say how it compares, in lines."""
     means = found.measures[METRIC].mean(axis=0).tolist()
     own = found.labels.index(path.name)
     better = [label for label, mean in zip(found.labels, means, strict=True) if mean < means[own]]

@@ -6,32 +6,28 @@ from pathlib import Path
 from typing import Any
 
 import typer
-from pydantic import Field, field_validator
+from pydantic import Field
 
-from dmil.cli.application import StoppedError
-from dmil.cli.building import built
+from dmil.cli.building import built, compile_first, stopping
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS,
-    ControllerChoice,
     RewardChoice,
     SimulatorChoice,
     complete_scenario,
-    controller_options,
-    files_as_settings,
     recipe_of,
+    scenario_command,
 )
+from dmil.cli.controller_choice import Controllers, controller_options
 from dmil.cli.help import Command
 from dmil.cli.measures import number
-from dmil.cli.parameters import Option, settings_command
-from dmil.cli.terminal import print_json, progress, say, show, waiting
-from dmil.compilation import is_cold
+from dmil.cli.parameters import JOBS, Option, options, part_of
+from dmil.cli.terminal import print_json, progress, say, show
 from dmil.controllers.variants import Variant
 from dmil.errors import InputError
-from dmil.experiments.tuning import Tuned, TuningSettings, check_tuning
+from dmil.experiments.tuning import Tuned, TuningSettings, check_tuning, planned_tuning
 from dmil.experiments.tuning import tune as tune_one
 from dmil.experiments.tuning.record import ENDING
-from dmil.experiments.warm_up import compile_kernels
 from dmil.parallel import LocalExecutor
 from dmil.scenarios.recipe import ScenarioRecipe
 
@@ -46,54 +42,32 @@ UNITS = {
 class TuneParameters(ScenarioRecipe, SimulatorChoice, RewardChoice, TuningSettings):
     """A tuning of some controllers."""
 
-    controller: tuple[ControllerChoice, ...] = Field(
+    controller: Controllers = Field(
         (), description="Controller to tune; may be repeated. Options given with it stay as given."
     )
     changes: dict[str, Any] = Field({}, description="Options of all controllers that stay.")
     out: Path = Field(
         Path("tuned"), description="Folder for a file per controller; those begun there go on."
     )
-    jobs: int | None = Field(
-        None, ge=1, description="Parallel processes; by default one per core. Same results."
-    )
-
-    @field_validator("controller", mode="before")
-    @classmethod
-    def _several(cls, value: Any) -> Any:
-        return value if isinstance(value, list | tuple) else [value]
-
-    @property
-    def tuning(self) -> TuningSettings:
-        """How much is spent on each, and what for."""
-        names = TuningSettings.model_fields
-        return TuningSettings(**{name: getattr(self, name) for name in names})
+    jobs: int | None = JOBS
 
 
 OPTIONS = (
     *SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS[0],
     *controller_options(many=True),
-    Option("budget", "--budget", "Tuning"),
-    Option("seeds", "--seeds", "Tuning"),
-    Option("check_seeds", "--check-seeds", "Tuning"),
-    Option("episodes", "--episodes", "Tuning"),
-    Option("frozen", "--frozen", "Tuning"),
-    Option("metric", "--metric", "Tuning"),
-    Option("reward", "--reward", "Tuning"),
-    Option("seed", "--seed", "Tuning"),
-    Option("jobs", "--jobs", "Tuning"),
+    *options(
+        "Tuning",
+        "budget; seeds; check_seeds; episodes; frozen; metric; reward; seed; jobs",
+    ),
     Option("out", "--out", "Output", "FOLDER"),
 )
 
 app = typer.Typer(add_completion=False)
 
 
-def _complete(settings: TuneParameters) -> TuneParameters:
-    return settings.model_copy(update=complete_scenario(settings))
-
-
 @app.command(cls=Command)
-@settings_command("tune", TuneParameters, OPTIONS, complete=_complete, files=files_as_settings)
+@scenario_command("tune", TuneParameters, OPTIONS, complete_scenario)
 def tune(settings: TuneParameters, json: bool) -> None:
     """Choose options of controllers on tuning seeds, with the same budget for each.
 
@@ -119,37 +93,26 @@ def tune(settings: TuneParameters, json: bool) -> None:
         raise InputError("nobody to tune", where="tune", mend="add --controller NAME")
     recipe = recipe_of(settings)
     built(recipe)  # what is wrong with the files is said before hours of work, and what is left out
-    if is_cold():
-        with waiting("First start: compiling kernels, once …"):
-            compile_kernels()
+    compile_first()
     found: list[tuple[Path, Tuned]] = []
-    paths = {label: settings.out / f"{label}{ENDING}" for label in variants}
-    choices: dict[str, Any] = {
-        "simulator": settings.simulator,
-        "reward": settings.reward,
-        "reward_constants": settings.reward_constants,
-    }
     # What is wrong with the last one shows before the first one has run for hours.
+    plans = []
     for label, variant in variants.items():
-        check_tuning(recipe, variant, settings.tuning, paths[label], **choices)
-    with LocalExecutor(settings.jobs) as executor:
-        for label, variant in variants.items():
-            path = paths[label]
-            try:
-                with progress(f"runs of {label}") as advance:
-                    tuned = tune_one(
-                        recipe,
-                        variant,
-                        settings.tuning,
-                        path,
-                        **choices,
-                        executor=executor,
-                        progress=advance,
-                    )
-            except KeyboardInterrupt:
-                raise StoppedError(
-                    f"all scores are kept in {settings.out}; the same command goes on"
-                ) from None
+        plan = planned_tuning(
+            recipe,
+            variant,
+            part_of(settings, TuningSettings),
+            simulator=settings.simulator,
+            reward=settings.reward,
+            reward_constants=settings.reward_constants,
+        )
+        plans.append((plan, settings.out / f"{label}{ENDING}"))
+        check_tuning(*plans[-1])
+    kept = f"all scores are kept in {settings.out}; the same command goes on"
+    with stopping(kept), LocalExecutor(settings.jobs) as executor:
+        for plan, path in plans:
+            with progress(f"runs of {plan.label}") as advance:
+                tuned = tune_one(plan, path, executor=executor, progress=advance)
             found.append((path, tuned))
             if not json:
                 show(*_lines(tuned, path), "")

@@ -7,10 +7,10 @@ from importlib import metadata
 
 import typer
 
-import dmil
 from dmil.cli.help import Command
 from dmil.cli.options import Debug, Json
 from dmil.cli.terminal import print_json, show
+from dmil.version import __version__
 
 PACKAGES = (
     "numpy",
@@ -40,7 +40,7 @@ def version(json: Json = False, debug: Debug = False) -> None:
 
     These are the first lines of a good report of a problem. A study notes them in its manifest.
     """
-    found = {"dmil": dmil.__version__, "python": platform.python_version()}
+    found = {"dmil": __version__, "python": platform.python_version()}
     packages = {name: version for name in PACKAGES if (version := _version(name))}
     extras = {name: all(map(_version, needs)) for name, needs in EXTRAS.items()}
     if json:

@@ -30,6 +30,9 @@ class Variant:
     name: str
     options: Mapping[str, Any] = field(default_factory=dict)
 
+    def __hash__(self) -> int:
+        return hash((self.name, frozenset(self.options)))
+
     @property
     def label(self) -> str:
         """The variant in one word, as `parse_variant` reads it."""

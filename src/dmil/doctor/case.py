@@ -39,10 +39,8 @@ from dmil.scenarios import (
     sumo_scenario,
 )
 from dmil.scenarios.cityflow import DECISION_INTERVAL_S as CITYFLOW_INTERVAL_S
-from dmil.scenarios.sumo import (
-    DECISION_INTERVAL_S,
-    SATURATION_FLOW_VEH_PER_S,
-)
+from dmil.scenarios.model import SATURATION_FLOW_VEH_PER_S
+from dmil.scenarios.sumo import DECISION_INTERVAL_S
 from dmil.scenarios.sumo_files import Routing
 
 NO_DEMAND_HORIZON_S = 3600

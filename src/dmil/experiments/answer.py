@@ -23,11 +23,6 @@ def answer(found: Comparison) -> str:
     are level with it, unless they lock in some seeds and it does not, or it is shown to beat the
     network's own plan and they are not. On one recorded day, or in one seed, it says no more than
     what was seen.
-
-    Parameters
-    ----------
-    found
-        The comparison.
     """
     if found.withheld:
         return "Which to use is not answered: the comparison is not fair, so none is preferred."

@@ -2,69 +2,37 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from itertools import count
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from dmil.controllers import Controller, make_controller
-from dmil.experiments.trial import Row, measures_row
+from dmil.experiments.contender import Contender
+from dmil.experiments.study import Kept, Progress, run_trials
+from dmil.experiments.trial import Row, run_row
 from dmil.network import RoadNetwork
-from dmil.parallel.executors import Executor, LocalExecutor
+from dmil.parallel import Executor
 from dmil.results.metrics import METRICS
-from dmil.rewards import PAPER_CONSTANTS, RewardConstants, make_reward
+from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import stream
 from dmil.simulation import Simulator, make_simulator
 from dmil.statistics import Estimate, interquartile_mean, mean_interval, paired_difference
-from dmil.training import controller_of, evaluate, load_policy, vehicles_of_seed
+from dmil.training import evaluate, vehicles_of_seed
 from dmil.training.flow import Flow, FlowRecorder, locks
 
 REFERENCE = "max-pressure"
 """Whom differences are taken to, unless another is named."""
 
 
-@dataclass(frozen=True, slots=True)
-class Contender:
-    """One controller of a comparison.
-
-    Parameters
-    ----------
-    label
-        What the table calls it.
-    controller
-        Its name or import path; not used with a policy.
-    options
-        Its options as JSON, which go over those of the policy.
-    policy
-        File that it was saved in, if it was trained.
-    reward, reward_constants
-        What it gets if it learns, see `dmil.rewards.make_reward`.
-    """
-
-    label: str
-    controller: str = ""
-    options: str = "{}"
-    policy: str | None = None
-    reward: str = "diffusion"
-    reward_constants: RewardConstants = PAPER_CONSTANTS
-
-    def make(self, network: RoadNetwork) -> Controller:
-        """Make the controller for a network, with what it has learned."""
-        options = json.loads(self.options)
-        if self.policy is None:
-            return make_controller(self.controller, options)
-        return controller_of(load_policy(Path(self.policy)), network, where=self.policy, **options)
-
-
 Item = tuple[Contender, int]
-_CALLS = count()
+Result = tuple[Item, Row, Flow]
+CALLS = count()
+"""Numbers of comparisons and tunings, see `place_of`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +154,7 @@ def compare(
     emissions: bool = False,
     reference: str = REFERENCE,
     executor: Executor | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Comparison:
     """Run every contender in every seed, on the same vehicles in a seed.
 
@@ -211,18 +179,11 @@ def compare(
     for contender in contenders:
         contender.make(made.network)  # what is wrong with one shall show before the first run
     items = [(contender, seed) for contender in contenders for seed in seeds]
-    place = {item: i for i, item in enumerate(items)}
-    rows: list[Row] = [{}] * len(items)
-    flows: dict[Item, Flow] = {}
-    done = 0
-    if progress:
-        progress(done, len(items))
-    run = partial(_run, recipe.model_dump_json(), simulator, emissions, next(_CALLS))
-    for item, row, flow in (executor or LocalExecutor()).map(run, items):
-        rows[place[item]], flows[item] = row, flow
-        done += 1
-        if progress:
-            progress(done, len(items))
+    run = partial(_run, recipe.model_dump_json(), simulator, emissions, next(CALLS))
+    found = Kept()
+    run_trials(items, found, lambda _: run, executor=executor, progress=progress)
+    rows = [found[item][1] for item in items]
+    flows = {item: flow for item, _, flow in found.values()}
     shape = len(contenders), len(seeds)
     return Comparison(
         labels=[contender.label for contender in contenders],
@@ -261,9 +222,9 @@ def has_same_demand(scenario: Scenario, seed: int) -> bool:
     )
 
 
-def _run(recipe: str, name: str, emissions: bool, call: int, item: Item) -> tuple[Item, Row, Flow]:
+def _run(recipe: str, name: str, emissions: bool, call: int, item: Item) -> Result:
     contender, seed = item
-    scenario, simulator = _parts(recipe, name, emissions, call)
+    scenario, simulator = place_of(recipe, name, call, emissions=emissions)
     recorder = FlowRecorder()
     result = evaluate(
         simulator,
@@ -273,14 +234,23 @@ def _run(recipe: str, name: str, emissions: bool, call: int, item: Item) -> tupl
         seed,
         observers=[recorder],
     )
-    row = measures_row(result.measures, result.memory[-1])
-    row["bytes_per_intersection"] = row["bytes_total"] / len(scenario.network.intersections)
-    return item, row, recorder.flow
+    return item, run_row(result, scenario.network), recorder.flow
 
 
-# One scenario serves the many runs of a comparison: what is derived from a network is kept with it.
-# The number of the call keeps apart what files held at different times.
 @lru_cache(maxsize=2)
-def _parts(recipe: str, name: str, emissions: bool, call: int) -> tuple[Scenario, Simulator]:
+def place_of(
+    recipe: str, name: str, call: int, *, emissions: bool = False
+) -> tuple[Scenario, Simulator]:
+    """Return scenario and simulator for many runs: what is derived from a network is kept with it.
+
+    Parameters
+    ----------
+    recipe
+        The scenario, as JSON.
+    name, emissions
+        See `dmil.simulation.make_simulator`.
+    call
+        Number of the comparison or tuning: files may change between two.
+    """
     scenario = ScenarioRecipe.model_validate_json(recipe).build()
     return scenario, make_simulator(scenario, name, emissions=emissions)

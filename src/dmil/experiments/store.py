@@ -6,14 +6,14 @@ import hashlib
 import json
 import shutil
 import time
-from dataclasses import asdict, fields
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import polars as pl
 
 from dmil.errors import OutputError
-from dmil.experiments.trial import TrialResult
+from dmil.experiments.trial import TrialResult, columns_of
 from dmil.files import held, write_atomically, write_text_atomically
 from dmil.results import TABLES, write_manifest, write_results
 from dmil.results.manifest import MANIFEST_FILE
@@ -23,6 +23,7 @@ PARTS_FOLDER = "parts"
 LOCK_FILE = "in-use"
 FLUSH_AFTER_S = 5.0
 """Longest time that a finished trial stays in memory only."""
+Trial = TypeVar("Trial")
 
 
 class StudyStore:
@@ -34,8 +35,6 @@ class StudyStore:
         Where; made if missing.
     identity
         What the study is, as JSON: a folder with another one is refused.
-    trial
-        Data class of what is kept as a whole; its fields are columns of the runs.
 
     Raises
     ------
@@ -43,10 +42,9 @@ class StudyStore:
         If the folder is a file, cannot be written, holds something else, or is in use.
     """
 
-    def __init__(self, folder: Path, identity: dict[str, Any], trial: type[Any]) -> None:
+    def __init__(self, folder: Path, identity: dict[str, Any]) -> None:
         self.folder = folder
         self.identity = identity
-        self._trial = trial
         self._parts = folder / PARTS_FOLDER
         self._waiting: list[TrialResult] = []
         self._flushed_at = time.monotonic()
@@ -67,14 +65,17 @@ class StudyStore:
         """Whether the study is finished."""
         return (self.folder / MANIFEST_FILE).is_file()
 
-    def finished(self) -> set[Any]:
-        """Return the trials that are kept already."""
-        columns = [field.name for field in fields(self._trial)]
-        found: set[Any] = set()
-        for path in self._part_files("runs"):
-            rows = _read(path, columns).unique()
-            found |= {self._trial(**row) for row in rows.iter_rows(named=True)}
-        return found
+    def left(self, plan: Sequence[Trial]) -> list[Trial]:
+        """Return the trials of a plan that are not kept yet; see `columns_of`."""
+        planned = [columns_of(trial) for trial in plan]
+        kept: set[tuple[Any, ...]] = set()
+        for path in self._part_files("runs") if plan else ():
+            kept |= set(_read(path, list(planned[0])).unique().iter_rows())
+        return [
+            trial
+            for trial, columns in zip(plan, planned, strict=True)
+            if tuple(columns.values()) not in kept
+        ]
 
     def keep(self, result: TrialResult) -> None:
         """Keep a finished trial; it is on disk within some seconds."""
@@ -87,7 +88,7 @@ class StudyStore:
         self._flushed_at = time.monotonic()
         if not self._waiting:
             return
-        trials = json.dumps([asdict(result.trial) for result in self._waiting])
+        trials = json.dumps([columns_of(result.trial) for result in self._waiting])
         name = hashlib.blake2b(trials.encode(), digest_size=8).hexdigest()
         # The runs last: a trial counts as finished only when all files are there.
         for table in reversed(TABLES):

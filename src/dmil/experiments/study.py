@@ -1,4 +1,4 @@
-"""The one way to run a study: plan, compile, run in parallel, keep, continue, finish."""
+"""The one way to run trials: plan, compile, run in parallel, keep, continue, finish."""
 
 from __future__ import annotations
 
@@ -10,33 +10,53 @@ from typing import Any, ClassVar, Protocol, TypeVar
 
 from pydantic import BaseModel
 
-import dmil
 from dmil.experiments.store import StudyStore
 from dmil.experiments.trial import TrialResult
 from dmil.experiments.warm_up import compile_kernels
 from dmil.parallel import Executor, LocalExecutor
+from dmil.version import __version__
 
 Progress = Callable[[int, int], None]
 Trial = TypeVar("Trial")
 
 
+class Store(Protocol[Trial]):
+    """Where results stay: a study's folder, a tuning's file, or memory."""
+
+    def left(self, plan: Sequence[Trial]) -> list[Trial]:
+        """Return the trials of a plan that are not kept yet."""
+
+    def keep(self, result: Any) -> None:
+        """Keep what a trial gave."""
+
+
+class Kept(dict[Any, Any]):
+    """A store in memory: a trial to its result, a tuple that begins with the trial."""
+
+    def left(self, plan: Sequence[Trial]) -> list[Trial]:
+        """Return the trials of a plan that are not kept yet."""
+        return [trial for trial in plan if trial not in self]
+
+    def keep(self, result: tuple[Any, ...]) -> None:
+        """Keep what a trial gave."""
+        self[result[0]] = result
+
+
 class Study(Protocol[Trial]):
     """What a study is: all its trials, and how one of them is run.
 
-    A trial is what is kept as a whole: one run, or several that share their demand or training.
+    A trial is what is kept as a whole: one run, or several that share their demand or training. It
+    is a data class whose fields are columns of the table of runs, and tell trials apart.
 
     Attributes
     ----------
     name: str
         What its results say they are of.
-    trial: data class
-        Its fields are columns of the table of runs, and tell trials apart.
     settings: pydantic.BaseModel
         Every number of it.
     """
 
     name: ClassVar[str]
-    trial: ClassVar[type[Any]]
 
     @property
     def settings(self) -> BaseModel:
@@ -88,45 +108,75 @@ def run_study(
         The folder cannot be used.
     """
     study.check()
-    with StudyStore(folder, identity_of(study), study.trial) as store:
-        _run(study, store, executor or LocalExecutor(), progress or _silent)
+    started, clock = datetime.now(UTC), time.perf_counter()
+    with StudyStore(folder, identity_of(study)) as store:
+        plan = study.plan()
+        if store.complete:
+            (progress or _silent)(len(plan), len(plan))
+            return
+        kept = run_trials(
+            plan,
+            store,
+            lambda where: study.prepare(folder, where),
+            executor=executor,
+            progress=progress,
+        )
+        store.finish(
+            {
+                "study": store.identity["study"],
+                "configuration": store.identity["configuration"],
+                "started": started.isoformat(timespec="seconds"),
+                "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+                "wall_s": round(time.perf_counter() - clock, 3),
+                "blocks_kept_from_before": kept,
+            }
+        )
+
+
+def run_trials(
+    plan: Sequence[Trial],
+    store: Store[Trial],
+    prepare: Callable[[Executor], Callable[[Trial], Any]],
+    *,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> int:
+    """Run the trials of a plan that are not kept yet; keep each result as it comes.
+
+    Parameters
+    ----------
+    plan
+        All trials.
+    store
+        Where results stay.
+    prepare
+        Makes what runs a trial; not called if none is left.
+    executor, progress
+        See `run_study`.
+
+    Returns
+    -------
+    How many were kept before.
+    """
+    executor, progress = executor or LocalExecutor(), progress or _silent
+    todo = store.left(plan)
+    before = len(plan) - len(todo)
+    progress(before, len(plan))
+    if todo:
+        compile_kernels(executor)
+        for done, result in enumerate(executor.map(prepare(executor), todo), before + 1):
+            store.keep(result)
+            progress(done, len(plan))
+    return before
 
 
 def identity_of(study: Study[Any]) -> dict[str, Any]:
     """Return what makes two studies the same: configuration and version of the program."""
     return {
         "study": study.name,
-        "dmil": dmil.__version__,
+        "dmil": __version__,
         "configuration": study.configuration(),
     }
-
-
-def _run(study: Study[Any], store: StudyStore, executor: Executor, progress: Progress) -> None:
-    started, clock = datetime.now(UTC), time.perf_counter()
-    plan = study.plan()
-    if store.complete:
-        progress(len(plan), len(plan))
-        return
-    finished = store.finished()
-    todo = [trial for trial in plan if trial not in finished]
-    done = len(plan) - len(todo)
-    progress(done, len(plan))
-    if todo:
-        compile_kernels(executor)
-        for result in executor.map(study.prepare(store.folder, executor), todo):
-            store.keep(result)
-            done += 1
-            progress(done, len(plan))
-    store.finish(
-        {
-            "study": store.identity["study"],
-            "configuration": store.identity["configuration"],
-            "started": started.isoformat(timespec="seconds"),
-            "finished": datetime.now(UTC).isoformat(timespec="seconds"),
-            "wall_s": round(time.perf_counter() - clock, 3),
-            "blocks_kept_from_before": len(finished),
-        }
-    )
 
 
 def _silent(done: int, total: int) -> None:

@@ -1,12 +1,14 @@
-"""What a run leaves behind: rows for the tables of results."""
+"""A trial's columns, and what a run leaves behind: rows for the tables of results."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 from dmil.controllers import MemoryUse
+from dmil.controllers.variants import Variant
+from dmil.network import RoadNetwork
 from dmil.results.metrics import METRICS
 from dmil.simulation import Measures
 from dmil.training import Run
@@ -36,6 +38,12 @@ class TrialResult:
     timings: list[Row] = field(default_factory=list)
 
 
+def columns_of(trial: Any) -> Row:
+    """Return a trial's fields as columns of the table of runs: a variant is its label."""
+    values = {each.name: getattr(trial, each.name) for each in fields(trial)}
+    return {name: v.label if isinstance(v, Variant) else v for name, v in values.items()}
+
+
 def measures_row(measures: Measures, memory: MemoryUse) -> Row:
     """Return a run's totals as columns of the table of runs (specification, §3)."""
     row: Row = {}
@@ -45,6 +53,18 @@ def measures_row(measures: Measures, memory: MemoryUse) -> Row:
             value = getattr(source, name.removesuffix("_per_agent"))
             row[name] = None if metric.sumo_only and math.isnan(value) else value
     return row
+
+
+def run_row(run: Run, network: RoadNetwork) -> Row:
+    """Return a run's totals with the memory at its end, that of an intersection, too."""
+    row = measures_row(run.measures, run.memory[-1])
+    return row | {"bytes_per_intersection": row["bytes_total"] / len(network.intersections)}
+
+
+def episode_row(number: int, run: Run, *names: str) -> Row:
+    """Return some totals of an episode of training as a row of the table of episodes."""
+    row = measures_row(run.measures, run.memory[-1])
+    return {"episode": number} | {name: row[name] for name in names}
 
 
 def series_rows(result: Run) -> list[Row]:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import dmil
 from dmil.doctor import Diagnosis
 from dmil.experiments.answer import METRIC, answer, locked_notes
 from dmil.experiments.comparison import Comparison
@@ -18,6 +17,7 @@ from dmil.reports.network_chart import network_chart
 from dmil.reports.theme import DARK
 from dmil.results.metrics import COMPARED, COMPARISON_PAGE, METRICS, Metric
 from dmil.statistics import Estimate
+from dmil.version import __version__
 
 
 def write_comparison(
@@ -86,7 +86,7 @@ def write_comparison(
             specs=[(each.name, embedded(each.spec)) for each in (ranking, chart)],
             bundle=script_bundle(),
             dark_colours=DARK,
-            version=dmil.__version__,
+            version=__version__,
         )
     )
     write_file(path, page)

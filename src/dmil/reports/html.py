@@ -8,13 +8,13 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
-import dmil
 from dmil.errors import unknown_name
 from dmil.reports.export import embedded, script_bundle
 from dmil.reports.figure import Figure
 from dmil.reports.labels import controller_label, interval, number, signed
 from dmil.reports.theme import DARK
 from dmil.results import Results
+from dmil.version import __version__
 
 
 def environment(package: str | None = None) -> jinja2.Environment:
@@ -50,7 +50,7 @@ def shared_values(results: Results, figures: Sequence[Figure]) -> dict[str, Any]
     """Return what every page says about its study, and what its figures need."""
     return {
         "manifest": results.manifest,
-        "version": dmil.__version__,
+        "version": __version__,
         "counts": results.query(
             "select count(*) runs, count(*) filter (status = 'ok') ok,"
             " any_value(status) filter (status <> 'ok') failure,"

@@ -14,10 +14,10 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-import dmil
 from dmil.errors import OutputError
 from dmil.files import write_text_atomically
 from dmil.results.schema import SCHEMA_VERSION
+from dmil.version import __version__
 
 MANIFEST_FILE = "manifest.json"
 
@@ -90,7 +90,7 @@ def provenance() -> dict[str, Any]:
     return {
         "schema_version": SCHEMA_VERSION,
         "versions": {
-            "dmil": dmil.__version__,
+            "dmil": __version__,
             "python": platform.python_version(),
             "numpy": metadata.version("numpy"),
             "numba": metadata.version("numba"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from itertools import zip_longest
 from pathlib import Path
 
 import polars as pl
@@ -17,14 +18,7 @@ def table_file(name: str) -> str:
     return f"{name}.parquet"
 
 
-def write_results(
-    folder: Path | str,
-    runs: pl.DataFrame,
-    series: pl.DataFrame,
-    episodes: pl.DataFrame | None = None,
-    lookups: pl.DataFrame | None = None,
-    timings: pl.DataFrame | None = None,
-) -> None:
+def write_results(folder: Path | str, *frames: pl.DataFrame) -> None:
     """Write all tables of results into a folder, each in a file of its name.
 
     Rows are sorted by what identifies them, so the bytes do not depend on the order in which the
@@ -34,16 +28,8 @@ def write_results(
     ----------
     folder
         Folder of the results; made if it is missing.
-    runs
-        One row per run, columns as in :data:`dmil.results.RUNS_SCHEMA`.
-    series
-        One row per run and decision time, columns as in :data:`dmil.results.SERIES_SCHEMA`.
-    episodes
-        One row per training episode; none where training is not made of episodes.
-    lookups
-        One row per run and source of look-ups; none where nobody counts them.
-    timings
-        One row per run; none where nobody measures.
+    frames
+        The tables in the order of `dmil.results.TABLES`; those that are left out are empty.
 
     Raises
     ------
@@ -52,28 +38,17 @@ def write_results(
         describe the same run, or the folder cannot be written.
     """
     folder = Path(folder)
-    given = {
-        "runs": runs,
-        "series": series,
-        "episodes": episodes,
-        "lookups": lookups,
-        "timings": timings,
+    tables = {
+        name: _conform(pl.DataFrame(schema=table.schema) if frame is None else frame, table, name)
+        for (name, table), frame in zip_longest(TABLES.items(), frames)
     }
-    tables = [
-        (folder / table_file(name), _conform(_or_empty(given[name], table), table, name))
-        for name, table in TABLES.items()
-    ]
-    for path, table in tables:
-        write_atomically(path, partial(_write_parquet, table))
+    for name, made in tables.items():
+        write_atomically(folder / table_file(name), partial(_write_parquet, made))
 
 
 def _write_parquet(table: pl.DataFrame, file: Path) -> None:
     # Fixed row groups and compression: the bytes depend on the rows alone.
     table.write_parquet(file, compression="zstd", statistics=True, row_group_size=65_536)
-
-
-def _or_empty(frame: pl.DataFrame | None, table: Table) -> pl.DataFrame:
-    return pl.DataFrame(schema=table.schema) if frame is None else frame
 
 
 def _conform(frame: pl.DataFrame, table: Table, name: str) -> pl.DataFrame:

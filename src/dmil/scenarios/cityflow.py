@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 from dmil.demand import read_cityflow_flow
 from dmil.errors import InputError, unknown_name
 from dmil.network import read_cityflow_roadnet
-from dmil.scenarios.model import QueueDynamics, Scenario
+from dmil.scenarios.model import (
+    SATURATION_FLOW_VEH_PER_S,
+    QueueDynamics,
+    Scenario,
+    horizon_of,
+)
 from dmil.scenarios.timing import PLAN, SignalTiming
 
 DECISION_INTERVAL_S = 15
-SATURATION_FLOW_VEH_PER_S = 0.5
-HORIZON_ROUNDED_TO_S = 600
 
 
 def cityflow_scenario(
@@ -51,8 +53,7 @@ def cityflow_scenario(
     network = read_cityflow_roadnet(roadnet)
     demand = read_cityflow_flow(flow, network, horizon_s=horizon_s)
     if horizon_s is None:
-        departures_s = demand.last_departure_s + 1
-        horizon_s = HORIZON_ROUNDED_TO_S * max(1, math.ceil(departures_s / HORIZON_ROUNDED_TO_S))
+        horizon_s = horizon_of(demand.last_departure_s)
     return Scenario(
         name=name or f"cityflow:{Path(flow).stem}",
         network=network,
@@ -110,7 +111,7 @@ def find_cityflow_files(place: str) -> tuple[Path, Path]:
             if found
             else "check that this is the right folder",
         )
-    flows = {path.name: path for path in sorted(folder.glob("*.json")) if _is_list(path)}
+    flows = {path.name: path for path in sorted(folder.glob("*.json")) if holds_list(path)}
     if chosen:
         if chosen not in flows:
             raise unknown_name("flow file", chosen, flows, where=str(folder))
@@ -136,7 +137,7 @@ def _only_flow(folder: Path, flows: list[Path]) -> Path:
     )
 
 
-def _is_list(path: Path) -> bool:
+def holds_list(path: Path) -> bool:
     """Tell whether a JSON file holds a list: a flow does, a network and a configuration do not."""
     with path.open("rb") as file:
         return file.read(256).lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"[")

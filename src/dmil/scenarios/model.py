@@ -15,6 +15,8 @@ from dmil.scenarios.timing import SignalTiming
 
 LONGEST_RUN_S = 10**8
 """Longest run, three years: steps are counted in 32 bits."""
+SATURATION_FLOW_VEH_PER_S = 0.5
+"""That of scenarios from files."""
 HIGHEST_LOAD = 1e6
 """Highest factor on a demand: what is above would fill any memory with vehicles."""
 
@@ -55,6 +57,11 @@ class QueueDynamics(Settings):
         "not in the queue any more that controllers see. 0: until it has left, every vehicle is "
         "(paper).",
     )
+
+
+def horizon_of(last_departure_s: int) -> int:
+    """Return the length of a run with recorded vehicles: until the last one, in whole 600 s."""
+    return 600 * (max(0, last_departure_s) // 600 + 1)
 
 
 @dataclass(frozen=True)

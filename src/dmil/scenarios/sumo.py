@@ -12,15 +12,18 @@ from dmil.demand.sumo.routing import routed_by_sumo, sumo_is_installed, with_rem
 from dmil.errors import InputError
 from dmil.network.sumo import read_sumo_network
 from dmil.network.sumo.reader import Phases, driven_by
-from dmil.scenarios.model import QueueDynamics, Scenario
+from dmil.scenarios.model import (
+    SATURATION_FLOW_VEH_PER_S,
+    QueueDynamics,
+    Scenario,
+    horizon_of,
+)
 from dmil.scenarios.sumo_configuration import SumoConfiguration, driving, read_sumo_configuration
 from dmil.scenarios.sumo_files import Routing, SumoFiles
 from dmil.scenarios.timing import PLAN, SignalTiming
 
 DECISION_INTERVAL_S = 10
 """As in the RESCO benchmark."""
-SATURATION_FLOW_VEH_PER_S = 0.5
-HORIZON_ROUNDED_TO_S = 600
 
 
 def sumo_scenario(
@@ -97,10 +100,8 @@ def sumo_scenario(
     told = (*given.unused, *(f"{name}={value}" for name, value in given.for_sumo))
     devices = remarks_on_options(told, len(demand.recorded.recorded))
     demand = replace(demand, remarks=(*demand.remarks, *devices))
-    if end_s is None:
-        horizon_s = _rounded(demand.last_departure_s + 1)
-    else:
-        horizon_s = math.ceil(end_s - begin_s)
+    last_s = demand.last_departure_s
+    horizon_s = horizon_of(last_s) if end_s is None else math.ceil(end_s - begin_s)
     chosen: Routing | None = None
     if demand.unrouted:
         chosen = routing or ("sumo" if sumo_is_installed() else "free-flow")
@@ -142,7 +143,3 @@ def sumo_scenario(
             options=given.for_sumo,
         ),
     )
-
-
-def _rounded(departures_s: int) -> int:
-    return HORIZON_ROUNDED_TO_S * max(1, math.ceil(departures_s / HORIZON_ROUNDED_TO_S))

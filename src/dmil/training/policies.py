@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-import dmil
 from dmil.controllers import CONTROLLERS, MemoryController, Situation, make_controller
 from dmil.controllers.tabular.agents import agents_of
 from dmil.errors import InputError, PolicyError
@@ -20,6 +19,7 @@ from dmil.network import RoadNetwork
 from dmil.rewards import PAPER_CONSTANTS, Reward, RewardConstants, make_reward
 from dmil.scenarios import SignalTiming
 from dmil.seeding import stream
+from dmil.version import __version__
 
 FORMAT = "dmil-policy"
 FORMAT_VERSION = 1
@@ -124,7 +124,7 @@ def save_policy(policy: Policy, path: Path) -> None:
     header = {
         "format": FORMAT,
         "version": FORMAT_VERSION,
-        "dmil": dmil.__version__,
+        "dmil": __version__,
         "controller": policy.controller,
         "options": policy.options,
         "reward": policy.reward,

@@ -5,7 +5,7 @@ import json
 import pytest
 from rich.console import Console
 
-from dmil.cli.study_memories import MemoriesParameters
+from dmil.cli.study import MemoriesParameters
 from dmil.cli.terminal import print_json
 from dmil.results import Results
 from dmil.studies.memories.tables import memories_tables

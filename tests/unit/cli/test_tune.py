@@ -5,7 +5,8 @@ import json
 import pytest
 
 from dmil.cli import tune as tune_command
-from dmil.cli.study_memories import MemoriesParameters
+from dmil.cli.study import MemoriesParameters
+from dmil.controllers.variants import Variant
 from dmil.studies.memories.plan import options_of
 
 pytest.importorskip("optuna", reason="needs the extra tune")
@@ -69,8 +70,10 @@ def test_train_takes_controller_and_options(tuned, folder, dmil, tmp_path):
 def test_the_study_of_memories_takes_a_folder_of_them(tuned, folder, dmil):
     study = MemoriesParameters(tuned_in=folder, controllers=("fixed-cycle", "max-pressure")).study
     found = json.loads((folder / "fixed-cycle.json").read_text())
-    assert study.tuned["fixed-cycle"] == options_of(study, "fixed-cycle") == found["chosen"]
-    assert options_of(study, "max-pressure") == {}
+    assert (
+        study.tuned["fixed-cycle"] == options_of(study, Variant("fixed-cycle")) == found["chosen"]
+    )
+    assert options_of(study, Variant("max-pressure")) == {}
     assert {each["budget_runs"] for each in study.tuning} == {0, 100}
     dmil("study", "memories", "--tuned", folder / "nowhere", code=2)
     assert "no tuned controller is there" in dmil.err

@@ -12,7 +12,7 @@ from dmil.parallel import LocalExecutor
 from dmil.results import Results
 from dmil.studies import PaperStudy, PaperStudySettings, run_study
 from dmil.studies.paper.block import run_block
-from dmil.studies.paper.plan import Block, blocks
+from dmil.studies.paper.plan import blocks
 from dmil.studies.paper.tables import paper_tables
 
 SETTINGS = PaperStudySettings(
@@ -91,13 +91,13 @@ def test_a_complete_study_is_left_as_it_is(whole):
 
 def test_a_block_without_its_series_does_not_count(tmp_path):
     plan = blocks(SETTINGS)
-    with StudyStore(tmp_path / "study", {"study": "x"}, Block) as store:
+    with StudyStore(tmp_path / "study", {"study": "x"}) as store:
         store.keep(run_block(SETTINGS, plan[0]))
         store.flush()
-        assert store.finished() == {plan[0]}
+        assert store.left(plan) == plan[1:]
         for path in (tmp_path / "study" / "parts").glob("runs-*"):
             path.unlink()
-        assert store.finished() == set()
+        assert store.left(plan) == plan
 
 
 def test_a_folder_that_cannot_hold_the_study_is_refused(whole, tmp_path):
@@ -125,14 +125,14 @@ def test_a_folder_whose_name_looks_like_a_pattern_continues(whole, tmp_path):
 def test_a_study_in_use_is_refused_and_a_dead_lock_is_not(tmp_path):
     folder = tmp_path / "study"
     with (
-        StudyStore(folder, {"study": "x"}, Block),
+        StudyStore(folder, {"study": "x"}),
         pytest.raises(OutputError, match="another process is at work"),
-        StudyStore(folder, {"study": "x"}, Block),
+        StudyStore(folder, {"study": "x"}),
     ):
         pass
     assert not (folder / "in-use").exists()
     (folder / "in-use").write_text("left by a process that was killed")
-    with StudyStore(folder, {"study": "x"}, Block):
+    with StudyStore(folder, {"study": "x"}):
         pass
     assert not (folder / "in-use").exists()
 
@@ -146,7 +146,7 @@ def test_a_lock_on_a_file_that_its_owner_has_just_removed_is_none(tmp_path, monk
         lock(file, operation)
 
     monkeypatch.setattr(fcntl, "flock", late)
-    with pytest.raises(OutputError, match="at work"), StudyStore(folder, {"study": "x"}, Block):
+    with pytest.raises(OutputError, match="at work"), StudyStore(folder, {"study": "x"}):
         pass
 
 

@@ -4,48 +4,40 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Sequence
-from itertools import count
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-import dmil
 from dmil.controllers import CONTROLLERS, make_controller
 from dmil.controllers.variants import Variant
 from dmil.errors import InputError, OutputError
-from dmil.experiments.comparison import has_same_demand
+from dmil.experiments.comparison import CALLS, has_same_demand
+from dmil.experiments.study import Progress, run_trials
 from dmil.experiments.tuning.halving import Candidate, Values, halve, library_version
 from dmil.experiments.tuning.record import Score, TrialRecord, Tuned, read_tuned, save_tuned
 from dmil.experiments.tuning.scoring import Judge, TuningTrial
 from dmil.experiments.tuning.settings import TuningSettings
 from dmil.experiments.tuning.spaces import as_json, defaults, search_space
 from dmil.files import held
-from dmil.parallel.executors import Executor, LocalExecutor
+from dmil.parallel import Executor
 from dmil.rewards import PAPER_CONSTANTS, RewardConstants, make_reward
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import simulator_seed, tuning_seeds
 from dmil.simulation import make_simulator
+from dmil.version import __version__
 
 SAVE_AFTER_S = 5.0
 """Longest time that a score stays in memory only."""
 OUTCOME = {"chosen", "finished", "runs", "trials", "best"}
 """Fields of a tuning that tell what came out; the others tell what it is."""
-_CALLS = count()
-
-Progress = Callable[[int, int], None]
 
 
 def tune(
-    recipe: ScenarioRecipe,
-    variant: Variant,
-    settings: TuningSettings,
+    about: Tuned,
     path: Path,
     *,
-    simulator: str = "queue",
-    reward: str = "diffusion",
-    reward_constants: RewardConstants = PAPER_CONSTANTS,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Tuned:
@@ -56,16 +48,10 @@ def tune(
 
     Parameters
     ----------
-    recipe
-        Where.
-    variant
-        Who; its options are fixed.
-    settings
-        How much, and what for.
+    about
+        What is tuned, and how, see `planned_tuning`.
     path
         The file.
-    simulator, reward, reward_constants
-        See `dmil.simulation.make_simulator` and `dmil.rewards.make_reward`.
     executor
         Where runs happen; the same results with every one.
     progress
@@ -74,85 +60,54 @@ def tune(
     Raises
     ------
     InputError
-        There is no such controller, option, scenario or reward, or the budget is too small.
+        A run with the defaults failed.
     OutputError
         The file holds another tuning, another process is at work on it, or it cannot be written.
-    MissingExtraError
-        Without Optuna, or what the controller needs.
     """
-    about = _about(recipe, variant, settings, simulator, reward, reward_constants)
     with held(path.with_name(f"{path.name}.in-use"), where=path, work="tuning"):
         ledger = _Ledger(about, path)
         if not about.space:
-            return ledger.keep(about.model_copy(update={"finished": True, "chosen": about.fixed}))
+            return ledger.finish(about.model_copy(update={"finished": True, "chosen": about.fixed}))
         if ledger.found is not None and ledger.found.finished:
             return ledger.found
-        return _run(about, settings, ledger, executor or LocalExecutor(), progress)
+        return _run(about, ledger, executor, progress)
 
 
-def check_tuning(
-    recipe: ScenarioRecipe,
-    variant: Variant,
-    settings: TuningSettings,
-    path: Path,
-    *,
-    simulator: str = "queue",
-    reward: str = "diffusion",
-    reward_constants: RewardConstants = PAPER_CONSTANTS,
-) -> None:
-    """Find what is wrong with a tuning before anything is run; see `tune`.
+def check_tuning(about: Tuned, path: Path) -> None:
+    """Check that a tuning can go into a file.
 
     Raises
     ------
-    InputError, OutputError, MissingExtraError
-        As `tune` raises.
+    OutputError
+        The file holds another tuning, or there can be none.
     """
-    _Ledger(_about(recipe, variant, settings, simulator, reward, reward_constants), path)
+    _Ledger(about, path)
 
 
 def _run(
-    about: Tuned,
-    settings: TuningSettings,
-    ledger: _Ledger,
-    executor: Executor,
-    progress: Progress | None,
+    about: Tuned, ledger: _Ledger, executor: Executor | None, progress: Progress | None
 ) -> Tuned:
     """Run what the ledger does not hold yet, and keep it all."""
-    learns = CONTROLLERS[about.controller].learns
+    settings = TuningSettings(**about.settings)
     seeds = tuning_seeds(settings.seed, settings.seeds + settings.check_seeds)
-    judge = Judge(
-        json.dumps(about.recipe),
-        about.simulator,
-        about.controller,
-        about.reward,
-        settings.metric,
-        settings.episodes,
-        settings.frozen,
-        next(_CALLS),
-        about.reward_constants,
-    )
-    cost = settings.runs_per_seed(learns=learns)
+    judge = Judge(about, next(CALLS))
+    cost = settings.runs_per_seed(learns=CONTROLLERS[about.controller].learns)
 
-    tell = progress or (lambda done, total: None)
-    tell(min(ledger.count * cost, settings.budget), settings.budget)
+    def tell(done: int, total: int) -> None:
+        if progress:
+            progress(min(ledger.count * cost, settings.budget), settings.budget)
 
     def scores(candidates: Sequence[Values], places: range) -> list[list[float | str]]:
-        wanted = [
-            TuningTrial(_key(about.fixed | values), place, seeds[place])
-            for values in candidates
-            for place in places
+        plan = [
+            [TuningTrial(variant, place, seeds[place]) for place in places]
+            for variant in (Variant(about.controller, about.fixed | each) for each in candidates)
         ]
-        missing = [each for each in wanted if ledger.get(each) is None]
-        for trial, score in executor.map(judge, missing):
-            ledger.put(trial, score)
-            tell(min(ledger.count * cost, settings.budget), settings.budget)
-        return [
-            [ledger.have(TuningTrial(_key(about.fixed | values), place, 0)) for place in places]
-            for values in candidates
-        ]
+        trials = [trial for row in plan for trial in row]
+        run_trials(trials, ledger, lambda _: judge, executor=executor, progress=tell)
+        return [[ledger.have(trial) for trial in row] for row in plan]
 
     try:
-        return ledger.keep(_searched(about, settings, scores, ledger, cost))
+        return ledger.finish(_searched(about, settings, scores, ledger, cost))
     finally:
         ledger.save()
 
@@ -196,15 +151,35 @@ def _searched(
     )
 
 
-def _about(
+def planned_tuning(
     recipe: ScenarioRecipe,
     variant: Variant,
     settings: TuningSettings,
-    simulator: str,
-    reward: str,
-    reward_constants: RewardConstants,
+    *,
+    simulator: str = "queue",
+    reward: str = "diffusion",
+    reward_constants: RewardConstants = PAPER_CONSTANTS,
 ) -> Tuned:
-    """Return what a tuning is, before anything has run; all that can be wrong shows here."""
+    """Return what a tuning is, before anything has run; all that can be wrong with it shows here.
+
+    Parameters
+    ----------
+    recipe
+        Where.
+    variant
+        Who; its options are fixed.
+    settings
+        How much, and what for.
+    simulator, reward, reward_constants
+        See `dmil.simulation.make_simulator` and `dmil.rewards.make_reward`.
+
+    Raises
+    ------
+    InputError
+        There is no such controller, option, scenario or reward, or the budget is too small.
+    MissingExtraError
+        Without Optuna, or what the controller needs.
+    """
     scenario = recipe.build()
     make_reward(reward, reward_constants)
     make_simulator(scenario, simulator)
@@ -234,11 +209,11 @@ def _about(
         settings=settings.model_dump(mode="json"),
         space=json.loads(json.dumps(as_json(space))),
         library=library_version() if space else "",
-        dmil=dmil.__version__,
+        dmil=__version__,
     )
 
 
-def _key(options: Values) -> str:
+def _key(options: Mapping[str, Any]) -> str:
     return json.dumps(options, sort_keys=True)
 
 
@@ -258,20 +233,25 @@ class _Ledger:
         """How many scores there are."""
         return sum(each is not None for row in self._rows.values() for each in row)
 
-    def get(self, trial: TuningTrial) -> Score:
-        """Return a score, None if there is none yet."""
-        row = self._rows.get(trial.options)
-        return row[trial.place] if row else None
+    def left(self, plan: Sequence[TuningTrial]) -> list[TuningTrial]:
+        """Return the trials that have no score yet."""
+        rows = [self._rows.get(_key(each.variant.options)) for each in plan]
+        return [
+            each
+            for each, row in zip(plan, rows, strict=True)
+            if row is None or row[each.place] is None
+        ]
 
     def have(self, trial: TuningTrial) -> float | str:
         """Return a score that is there."""
-        score = self.get(trial)
+        score = self._rows[_key(trial.variant.options)][trial.place]
         assert score is not None
         return score
 
-    def put(self, trial: TuningTrial, score: float | str) -> None:
+    def keep(self, result: tuple[TuningTrial, float | str]) -> None:
         """Note a score; it is on disk within some seconds."""
-        row = self._rows.setdefault(trial.options, [None] * self.places)
+        trial, score = result
+        row = self._rows.setdefault(_key(trial.variant.options), [None] * self.places)
         row[trial.place] = score
         self._changed = True
         if time.monotonic() - self._saved_at > SAVE_AFTER_S:
@@ -290,7 +270,7 @@ class _Ledger:
             for each in candidates
         )
 
-    def keep(self, tuned: Tuned) -> Tuned:
+    def finish(self, tuned: Tuned) -> Tuned:
         """Write the finished tuning."""
         self._changed = False
         save_tuned(tuned, self._path)

@@ -5,18 +5,16 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 
-from dmil.controllers import CONTROLLERS, Controller, MemoryController, make_controller
+from dmil.controllers import Controller, MemoryController, make_controller
+from dmil.controllers.variants import Variant
 from dmil.errors import DivergedError
-from dmil.network import RoadNetwork
-from dmil.rewards import PAPER_CONSTANTS, RewardConstants, make_reward
-from dmil.scenarios import Scenario
-from dmil.scenarios.recipe import ScenarioRecipe
-from dmil.simulation import Simulator, make_simulator
-from dmil.training import controller_of, evaluate, policy_of, train, vehicles_of_seed
-
-FROZEN = {"learning": False, "epsilon": 0.0}
+from dmil.experiments.comparison import place_of
+from dmil.experiments.contender import frozen_copy
+from dmil.experiments.tuning.record import Tuned
+from dmil.experiments.tuning.settings import TuningSettings
+from dmil.rewards import make_reward
+from dmil.training import evaluate, train, vehicles_of_seed
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,55 +23,45 @@ class TuningTrial:
 
     Attributes
     ----------
-    options: str
-        All options of the controller that are set, as JSON.
+    variant: Variant
+        The controller with all options that are set.
     place: int
         Which tuning seed, counted from 0.
     seed: int
         The seed itself.
     """
 
-    options: str
+    variant: Variant
     place: int
     seed: int
 
 
 @dataclass(frozen=True, slots=True)
 class Judge:
-    """Trains and judges one controller; see `TuningSettings` for what is not said here.
+    """Trains and judges a controller with some options.
 
     Attributes
     ----------
-    recipe: str
-        The scenario, as JSON.
-    simulator, controller, reward, metric: str
-    episodes: int
-    frozen: bool
+    about: Tuned
+        What is tuned, and how.
     call: int
         Number of the tuning: files of scenarios may change between two.
-    reward_constants: RewardConstants
     """
 
-    recipe: str
-    simulator: str
-    controller: str
-    reward: str
-    metric: str
-    episodes: int
-    frozen: bool
+    about: Tuned
     call: int = 0
-    reward_constants: RewardConstants = PAPER_CONSTANTS
 
     def __call__(self, trial: TuningTrial) -> tuple[TuningTrial, float | str]:
         """Return a trial's score, or why there is none."""
         try:
-            score = self.score(json.loads(trial.options), trial.seed)
+            score = self.score(trial.variant, trial.seed)
         except DivergedError as error:
             return trial, str(error)
         # A millionth of what is measured says nothing, and the file is for people, too.
-        return trial, round(score, 6) if math.isfinite(score) else f"{self.metric} is {score}"
+        told = f"{self.about.settings['metric']} is {score}"
+        return trial, round(score, 6) if math.isfinite(score) else told
 
-    def score(self, options: dict[str, object], seed: int) -> float:
+    def score(self, variant: Variant, seed: int) -> float:
         """Return what is to be made low, after training where the controller learns.
 
         Raises
@@ -81,38 +69,15 @@ class Judge:
         DivergedError
             What the controller learned is no longer a number.
         """
-        scenario, simulator = _place(self.recipe, self.simulator, self.call)
-        reward = make_reward(self.reward, self.reward_constants)
-        controller = make_controller(self.controller, options)
+        about, settings = self.about, TuningSettings(**self.about.settings)
+        scenario, simulator = place_of(json.dumps(about.recipe), about.simulator, self.call)
+        reward = make_reward(about.reward, about.reward_constants)
+        controller: Controller = make_controller(variant.name, variant.options)
         if isinstance(controller, MemoryController):
-            numbers = range(self.episodes)
+            numbers = range(settings.episodes)
             train(scenario, controller, reward, seed, episodes=numbers, simulator=simulator)
-            if self.frozen and self.episodes:
-                controller = self._as_frozen(controller, options, scenario.network)
+            if settings.frozen and settings.episodes:
+                controller = frozen_copy(controller, scenario.network, variant)
         vehicles = vehicles_of_seed(scenario, seed)
         found = evaluate(simulator, controller, vehicles, reward, seed)
-        return float(getattr(found.measures, self.metric))
-
-    def _as_frozen(
-        self, controller: MemoryController, options: dict[str, object], network: RoadNetwork
-    ) -> Controller:
-        policy = policy_of(
-            controller,
-            network,
-            name=self.controller,
-            options=options,
-            reward=self.reward,
-            reward_constants=self.reward_constants,
-            training={"scenario": network.name},
-        )
-        settings = CONTROLLERS[self.controller].settings
-        known = settings.model_fields if settings else {}
-        frozen = {name: value for name, value in FROZEN.items() if name in known}
-        return controller_of(policy, network, where=self.controller, **frozen)
-
-
-@lru_cache(maxsize=2)
-def _place(recipe: str, name: str, call: int) -> tuple[Scenario, Simulator]:
-    """Return scenario and simulator; what is derived from a network is kept with it."""
-    scenario = ScenarioRecipe.model_validate_json(recipe).build()
-    return scenario, make_simulator(scenario, name)
+        return float(getattr(found.measures, settings.metric))

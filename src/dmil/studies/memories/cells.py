@@ -8,6 +8,7 @@ from pathlib import Path
 from dmil.demand import FileDemand, ResampledDemand
 from dmil.errors import InputError
 from dmil.scenarios import Scenario, SignalTiming, scenario
+from dmil.scenarios.cityflow import holds_list
 
 CITY = "cityflow:"
 CITY_TIMING = SignalTiming(decision_interval_s=15, clearance_s=5)
@@ -135,7 +136,7 @@ def city_cells(data: Path) -> tuple[str, ...]:
     folder = city_folder(data)
     found = []
     for city in sorted(path.parent for path in folder.glob("*/roadnet*.json")):
-        flows = sorted(path.stem for path in city.glob("*.json") if _is_flow(path))
+        flows = sorted(path.stem for path in city.glob("*.json") if holds_list(path))
         if flows:
             alone = all(other.startswith(flows[0]) for other in flows)
             found.append(f"{CITY}{city.name}" + ("" if alone else f"#{flows[0]}.json"))
@@ -146,8 +147,3 @@ def city_cells(data: Path) -> tuple[str, ...]:
             expected="one folder per city with roadnet*.json and flow files",
         )
     return tuple(found)
-
-
-def _is_flow(path: Path) -> bool:
-    with path.open("rb") as file:
-        return file.read(256).lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"[")

@@ -7,7 +7,7 @@ from itertools import product
 from typing import Any
 
 from dmil.controllers import CONTROLLERS, check_controller
-from dmil.controllers.variants import parse_variant
+from dmil.controllers.variants import Variant, parse_variant
 from dmil.studies.memories.cells import GRID_CELLS, Cell, city_cells
 from dmil.studies.memories.settings import MemoriesStudySettings
 
@@ -50,15 +50,14 @@ class MemoriesUnit:
     preset, scenario: str
     load: float
     seed: int
-    controller: str
-        With its options.
+    controller: Variant
     """
 
     preset: str
     scenario: str
     load: float
     seed: int
-    controller: str
+    controller: Variant
 
     @property
     def cell(self) -> Cell:
@@ -80,65 +79,60 @@ def cells(settings: MemoriesStudySettings) -> list[Cell]:
     return [Cell.parse(name) for name in names]
 
 
-def contenders(settings: MemoriesStudySettings) -> list[str]:
-    """Return the labels of all controllers of the study, ablations last (ours).
+def contenders(settings: MemoriesStudySettings) -> list[Variant]:
+    """Return all controllers of the study, ablations last.
 
     Raises
     ------
     InputError
         There is no such controller or option.
     """
-    labels = [parse_variant(text).label for text in settings.controllers or CONTENDERS]
-    labels += ablations(settings)
-    for label in labels:
-        check_controller(parse_variant(label).name)
-    labels = list(dict.fromkeys(labels))
-    if settings.deep or settings.controllers:
-        return labels
-    return [label for label in labels if parse_variant(label).name not in DEEP]
+    named = [parse_variant(text) for text in settings.controllers or CONTENDERS]
+    variants = {each.label: each for each in (*named, *ablations(settings))}
+    for each in variants.values():
+        check_controller(each.name)
+    deep = settings.deep or settings.controllers
+    return [each for each in variants.values() if deep or each.name not in DEEP]
 
 
-def ablations(settings: MemoriesStudySettings) -> list[str]:
-    """Return the labels of those that the report shows in a table of their own (ours)."""
+def ablations(settings: MemoriesStudySettings) -> list[Variant]:
+    """Return those that the report shows in a table of their own."""
     if settings.ablations == (NO_ABLATION,):
         return []
     chosen = settings.ablations or (() if settings.controllers else ABLATIONS)
-    return [parse_variant(text).label for text in chosen]
+    return [parse_variant(text) for text in chosen]
 
 
 def units(settings: MemoriesStudySettings) -> list[MemoriesUnit]:
-    """Return all units of the study; those that share vehicles follow each other (ours)."""
+    """Return all units of the study; those that share vehicles follow each other."""
     seeds = range(settings.first_seed, settings.first_seed + settings.seeds)
-    labels = contenders(settings)
     return [
-        MemoriesUnit(PRESET, cell.scenario, cell.load, seed, label)
-        for cell, seed, label in product(cells(settings), seeds, labels)
-        if fits(label, cell)
+        MemoriesUnit(PRESET, cell.scenario, cell.load, seed, variant)
+        for cell, seed, variant in product(cells(settings), seeds, contenders(settings))
+        if fits(variant, cell)
     ]
 
 
-def fits(label: str, cell: Cell) -> bool:
-    """Tell whether a controller can run in a cell (ours)."""
-    entry = CONTROLLERS.get(parse_variant(label).name)
+def fits(variant: Variant, cell: Cell) -> bool:
+    """Tell whether a controller can run in a cell."""
+    entry = CONTROLLERS.get(variant.name)
     return not (entry and entry.oracle) or cell.scenario.partition("/")[0] == "grid:1x1"
 
 
-def options_of(settings: MemoriesStudySettings, label: str) -> dict[str, Any]:
-    """Return a controller's options: those that it is named with go over the tuned (ours).
+def options_of(settings: MemoriesStudySettings, variant: Variant) -> dict[str, Any]:
+    """Return a controller's options: those that it is named with go over the tuned.
 
     Tuned ones are those of the very label, else those of the name without options.
     """
-    variant = parse_variant(label)
     tuned = settings.tuned.get(variant.label, settings.tuned.get(variant.name, {}))
     return tuned | dict(variant.options)
 
 
-def learns(label: str) -> bool:
-    """Tell whether a controller has a memory to train (ours)."""
-    name = parse_variant(label).name
-    return name in CONTROLLERS and CONTROLLERS[name].learns
+def learns(variant: Variant) -> bool:
+    """Tell whether a controller has a memory to train."""
+    return variant.name in CONTROLLERS and CONTROLLERS[variant.name].learns
 
 
-def is_trained(settings: MemoriesStudySettings, label: str) -> bool:
-    """Tell whether a controller is trained before its test (ours)."""
-    return learns(label) and parse_variant(label).name not in settings.untrained
+def is_trained(settings: MemoriesStudySettings, variant: Variant) -> bool:
+    """Tell whether a controller is trained before its test."""
+    return learns(variant) and variant.name not in settings.untrained

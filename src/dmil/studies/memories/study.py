@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from dmil.controllers import make_controller
-from dmil.controllers.variants import parse_variant
 from dmil.errors import InputError
 from dmil.experiments.checks import check_horizon
 from dmil.experiments.trial import TrialResult
@@ -40,7 +39,6 @@ class MemoriesStudy:
 
     settings: MemoriesStudySettings
     name: ClassVar[str] = "memories"
-    trial: ClassVar[type[MemoriesUnit]] = MemoriesUnit
 
     def check(self) -> None:
         """Check that cells, controllers, options and rewards exist, and runs are long enough.
@@ -56,17 +54,19 @@ class MemoriesStudy:
         for cell in cells(settings):
             made = cell.build(settings.horizon_s, settings.data)
             check_horizon(made.horizon_s, made.timing.decision_interval_s)
-        for label in contenders(settings):
-            make_controller(parse_variant(label).name, options_of(settings, label))
-        for label in settings.controllers:
-            if not any(fits(label, cell) for cell in cells(settings)):
+        variants = contenders(settings)
+        for each in variants:
+            make_controller(each.name, options_of(settings, each))
+        for each in variants[: len(settings.controllers)]:
+            if not any(fits(each, cell) for cell in cells(settings)):
                 raise InputError(
                     "it plans for a single intersection",
-                    where=f"controller '{label}'",
+                    where=f"controller '{each.label}'",
                     expected="a cell with one intersection, such as grid:1x1",
                 )
-        names = {parse_variant(label).name for label in contenders(settings)}
-        if settings.tuned and not settings.tuned.keys() & names.union(contenders(settings)):
+        names = {each.name for each in variants}
+        labels = {each.label for each in variants}
+        if settings.tuned and not settings.tuned.keys() & (names | labels):
             raise InputError(
                 f"options of {', '.join(sorted(settings.tuned))}, none of whom runs",
                 where="tuned",
@@ -80,8 +80,8 @@ class MemoriesStudy:
         settings = self.settings
         configuration = settings.model_dump(mode="json", exclude={"data", "deep"})
         configuration["cells"] = [cell.name for cell in cells(settings)]
-        configuration["controllers"] = contenders(settings)
-        configuration["ablations"] = ablations(settings)
+        configuration["controllers"] = [each.label for each in contenders(settings)]
+        configuration["ablations"] = [each.label for each in ablations(settings)]
         return configuration
 
     def plan(self) -> list[MemoriesUnit]:

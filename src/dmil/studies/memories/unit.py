@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -13,12 +12,13 @@ import numpy.typing as npt
 
 from dmil.controllers import CONTROLLERS, Controller, make_controller
 from dmil.controllers.registry import make_settings
-from dmil.controllers.variants import parse_variant
 from dmil.demand import Vehicles
 from dmil.experiments.trial import (
     SIMULATOR,
     Row,
     TrialResult,
+    columns_of,
+    episode_row,
     measures_row,
     series_rows,
 )
@@ -56,12 +56,12 @@ def run_unit(settings: MemoriesStudySettings, unit: MemoriesUnit) -> TrialResult
 
     def keep(number: int, run: Run) -> None:
         episodes.append(run)
-        result.episodes.append(identity | {"trained_in": SIMULATOR} | _episode(number, run))
+        result.episodes.append(
+            identity | {"trained_in": SIMULATOR} | episode_row(number, run, *EPISODE)
+        )
 
     try:
-        controller = make_controller(
-            parse_variant(unit.controller).name, options_of(settings, unit.controller)
-        )
+        controller = make_controller(unit.controller.name, options_of(settings, unit.controller))
         if trained:
             numbers = range(settings.episodes)
             train(
@@ -143,25 +143,20 @@ def _reference_courses(
 
 def _identity(settings: MemoriesStudySettings, unit: MemoriesUnit) -> Row:
     """Return what tells the run from all others, and what it learns with."""
-    name = parse_variant(unit.controller).name
+    name = unit.controller.name
     entry = CONTROLLERS.get(name)
     options: Any = None
     if entry is not None and entry.settings is not None:
         where = f"controller '{name}'"
         options = make_settings(entry.settings, options_of(settings, unit.controller), where=where)
     reward = settings.rewards.get(name, settings.reward)
-    return asdict(unit) | {
+    return columns_of(unit) | {
         "embedding": getattr(options, "embedding", None),
         "communication": getattr(options, "communication", False),
         "reward": reward if learns(unit.controller) else None,
         "epsilon": getattr(options, "epsilon", None),
         "simulator": SIMULATOR,
     }
-
-
-def _episode(number: int, run: Run) -> Row:
-    row = measures_row(run.measures, run.memory[-1])
-    return {"episode": number} | {name: row[name] for name in EPISODE}
 
 
 def _thinned(rows: list[Row]) -> list[Row]:

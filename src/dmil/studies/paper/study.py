@@ -29,7 +29,6 @@ class PaperStudy:
 
     settings: PaperStudySettings
     name: ClassVar[str] = "paper"
-    trial: ClassVar[type[Block]] = Block
 
     def check(self) -> None:
         """Check that grids and rewards exist, and that runs are long enough.

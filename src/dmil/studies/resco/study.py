@@ -39,7 +39,6 @@ class RescoStudy:
 
     settings: RescoStudySettings
     name: ClassVar[str] = "resco"
-    trial: ClassVar[type[ContenderUnit]] = ContenderUnit
 
     def check(self) -> None:
         """Check that networks, reward and SUMO are there, and that runs are long enough.

@@ -7,10 +7,13 @@ from functools import lru_cache
 from pathlib import Path
 
 from dmil.controllers import Controller, MemoryController, make_controller
+from dmil.controllers.variants import Variant
 from dmil.demand.resampled import SHIFT_S
+from dmil.experiments.contender import frozen_copy
 from dmil.experiments.trial import (
     Row,
     TrialResult,
+    episode_row,
     measures_row,
     series_rows,
 )
@@ -21,8 +24,9 @@ from dmil.scenarios.demand_changes import resampled
 from dmil.simulation import Simulator, make_simulator
 from dmil.studies.resco.plan import ContenderUnit
 from dmil.studies.resco.settings import CALIBRATED, RescoStudySettings
-from dmil.training import Run, evaluate, policy_of, train, vehicles_of_seed
-from dmil.training.policies import controller_of
+from dmil.training import Run, evaluate, train, vehicles_of_seed
+
+EPISODE = ("delay_s", "travel_time_s", "wait_per_spawned_s", "entries_per_agent")
 
 
 def run_unit(settings: RescoStudySettings, folder: str, unit: ContenderUnit) -> TrialResult:
@@ -58,7 +62,8 @@ def run_unit(settings: RescoStudySettings, folder: str, unit: ContenderUnit) -> 
             result.runs.append(row | {"simulator": name, "status": status})
         return result
     for number, each in enumerate(episodes):
-        result.episodes.append(identity | {"trained_in": trained_in} | _episode(number, each))
+        measured = episode_row(number, each, *EPISODE)
+        result.episodes.append(identity | {"trained_in": trained_in} | measured)
     vehicles = vehicles_of_seed(_day(settings, made), unit.seed)
     for name in unit.simulators(settings):
         here: Row = {"simulator": name}
@@ -124,16 +129,7 @@ def _ready(
             settings, folder, unit.scenario, settings.training_simulator, judging=False
         ),
     )
-    policy = policy_of(
-        learner,
-        made.network,
-        name=unit.controller,
-        options=options,
-        reward=settings.reward,
-        training={"scenario": unit.scenario},
-    )
-    frozen = controller_of(policy, made.network, where=unit.controller, learning=False, epsilon=0.0)
-    return frozen, runs
+    return frozen_copy(learner, made.network, Variant(unit.controller, options)), runs
 
 
 def _options(settings: RescoStudySettings, unit: ContenderUnit) -> dict[str, object]:
@@ -141,14 +137,4 @@ def _options(settings: RescoStudySettings, unit: ContenderUnit) -> dict[str, obj
     return base.model_dump() | {
         "embedding": unit.embedding,
         "communication": unit.communication,
-    }
-
-
-def _episode(number: int, run: Run) -> Row:
-    return {
-        "episode": number,
-        "delay_s": run.measures.delay_s,
-        "travel_time_s": run.measures.travel_time_s,
-        "wait_per_spawned_s": run.measures.wait_per_spawned_s,
-        "entries_per_agent": run.memory[-1].entries,
     }

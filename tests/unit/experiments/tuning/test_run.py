@@ -3,9 +3,9 @@ import json
 import numpy as np
 import pytest
 
-from dmil.controllers.variants import parse_variant
+from dmil.controllers.variants import Variant, parse_variant
 from dmil.errors import DivergedError, InputError, OutputError
-from dmil.experiments.tuning import TuningSettings, check_tuning, load_tuned, tune
+from dmil.experiments.tuning import TuningSettings, check_tuning, load_tuned, planned_tuning, tune
 from dmil.experiments.tuning.scoring import Judge
 from dmil.files import held
 from dmil.parallel import LocalExecutor
@@ -34,7 +34,11 @@ class Interrupted:
 
 def tuned(path, name="fixed-cycle", settings=SETTINGS, executor=None, **options):
     executor = executor or LocalExecutor(1)
-    return tune(RECIPE, parse_variant(name), settings, path, executor=executor, **options)
+    return tune(planned(name, settings, **options), path, executor=executor)
+
+
+def planned(name="fixed-cycle", settings=SETTINGS, **options):
+    return planned_tuning(RECIPE, parse_variant(name), settings, **options)
 
 
 @pytest.fixture(scope="module")
@@ -146,16 +150,8 @@ def test_a_learner_pays_for_its_training_too(frozen, tmp_path):
 
 def test_frozen_learners_get_other_scores(tmp_path):
     def score(frozen):
-        judge = Judge(
-            RECIPE.model_dump_json(exclude_none=True),
-            "queue",
-            "sarsa",
-            "queue",
-            "delay_s",
-            1,
-            frozen,
-        )
-        return judge.score({"epsilon": 0.6}, 7)
+        judge = Judge(planned("sarsa", SETTINGS.model_copy(update={"frozen": frozen})))
+        return judge.score(Variant("sarsa", {"epsilon": 0.6}), 7)
 
     assert score(True) != score(False)
 
@@ -186,10 +182,10 @@ def test_what_is_wrong_shows_before_anything_is_run(name, settings, message, tmp
 def diverging(when):
     score = Judge.score
 
-    def diverges(self, options, seed):
-        if when(options):
+    def diverges(self, variant, seed):
+        if when(variant.options):
             raise DivergedError("fixed-cycle", "its green", 30)
-        return score(self, options, seed)
+        return score(self, variant, seed)
 
     return diverges
 
@@ -221,4 +217,4 @@ def test_what_is_wrong_with_the_folder_shows_before_anything_is_run(tmp_path):
     (tmp_path / "file").touch()
     for path in (tmp_path / "file" / "a.json", tmp_path / "file" / "deeper" / "a.json"):
         with pytest.raises(OutputError, match="it is no folder"):
-            check_tuning(RECIPE, parse_variant("fixed-cycle"), SETTINGS, path)
+            check_tuning(planned(), path)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dmil.controllers import CONTROLLERS, make_controller
-from dmil.controllers.variants import parse_variant
+from dmil.controllers.variants import Variant, parse_variant
 from dmil.errors import DivergedError, InputError, UnknownNameError
 from dmil.experiments.study import identity_of
 from dmil.studies import MemoriesStudy
@@ -43,12 +43,16 @@ def data(tmp_path):
     return tmp_path / "data"
 
 
+def labels(variants):
+    return [each.label for each in variants]
+
+
 def test_units_are_every_cell_seed_and_controller_that_fit():
     settings = MemoriesStudySettings(
         controllers=("max-pressure", "foresight"), cells=("grid:1x1*3", "grid:3x3"), seeds=2
     )
     plan = units(settings)
-    found = [(unit.scenario, unit.load, unit.seed, unit.controller) for unit in plan]
+    found = [(unit.scenario, unit.load, unit.seed, unit.controller.label) for unit in plan]
     assert found == [
         ("grid:1x1", 3.0, 0, "max-pressure"),
         ("grid:1x1", 3.0, 0, "foresight"),
@@ -60,28 +64,28 @@ def test_units_are_every_cell_seed_and_controller_that_fit():
 
 
 def test_every_controller_that_makes_sense_is_in_it():
-    names = {label.partition(",")[0] for label in contenders(MemoriesStudySettings())}
+    names = {each.name for each in contenders(MemoriesStudySettings())}
     sumo_only_or_without_meaning_on_grids = {"actuated", "program"}
     assert names == CONTROLLERS.keys() - sumo_only_or_without_meaning_on_grids
     assert set(DEEP) <= names
 
 
 def test_without_deep_rivals_all_others_stay():
-    found = contenders(MemoriesStudySettings(deep=False))
+    found = labels(contenders(MemoriesStudySettings(deep=False)))
     assert found == [*(name for name in CONTENDERS if name not in DEEP), *ABLATIONS]
 
 
 def test_ablations_go_with_the_default_controllers_or_are_named():
     chosen = MemoriesStudySettings(controllers=("factored", "max-pressure"))
     assert ablations(chosen) == []
-    assert contenders(chosen) == ["factored", "max-pressure"]
+    assert labels(contenders(chosen)) == ["factored", "max-pressure"]
     named = chosen.model_copy(update={"ablations": ("factored,wave=0",)})
-    assert ablations(named) == ["factored,wave=0"]
-    assert contenders(named)[-1] == "factored,wave=0"
+    assert labels(ablations(named)) == ["factored,wave=0"]
+    assert contenders(named)[-1].label == "factored,wave=0"
     configuration = identity_of(MemoriesStudy(MemoriesStudySettings()))["configuration"]
     assert configuration["ablations"] == list(ABLATIONS)
     none = MemoriesStudySettings(ablations=("none",), deep=False)
-    assert contenders(none) == [name for name in CONTENDERS if name not in DEEP]
+    assert labels(contenders(none)) == [name for name in CONTENDERS if name not in DEEP]
     for label in ABLATIONS:
         variant = parse_variant(label)
         assert variant.label == label
@@ -156,8 +160,8 @@ def test_a_folder_of_data_without_cities_is_refused(tmp_path):
 def test_what_was_tuned_for_a_controller_with_options_is_for_it_alone():
     chosen = {"approaching": True, "hysteresis": 1.0}
     settings = MemoriesStudySettings(tuned={"max-pressure,approaching=true": chosen})
-    assert options_of(settings, "max-pressure,approaching=true") == chosen
-    assert options_of(settings, "max-pressure") == {}
+    assert options_of(settings, parse_variant("max-pressure,approaching=true")) == chosen
+    assert options_of(settings, Variant("max-pressure")) == {}
 
 
 def test_options_tuned_for_others_only_are_refused():
@@ -170,15 +174,18 @@ def test_options_tuned_for_others_only_are_refused():
 
 def test_named_options_go_over_tuned_ones():
     settings = MemoriesStudySettings(tuned={"sarsa": {"epsilon": 0.3, "discount": 0.9}})
-    assert options_of(settings, "sarsa,epsilon=0.05") == {"epsilon": 0.05, "discount": 0.9}
-    assert options_of(settings, "dual-memory") == {}
+    assert options_of(settings, parse_variant("sarsa,epsilon=0.05")) == {
+        "epsilon": 0.05,
+        "discount": 0.9,
+    }
+    assert options_of(settings, Variant("dual-memory")) == {}
 
 
 def test_learners_that_begin_with_the_test_are_named():
     settings = MemoriesStudySettings(untrained=("sarsa",))
-    assert not is_trained(settings, "sarsa,epsilon=0.05")
-    assert is_trained(settings, "dual-memory")
-    assert not is_trained(settings, "max-pressure")
+    assert not is_trained(settings, parse_variant("sarsa,epsilon=0.05"))
+    assert is_trained(settings, Variant("dual-memory"))
+    assert not is_trained(settings, Variant("max-pressure"))
     with pytest.raises(UnknownNameError):
         contenders(MemoriesStudySettings(controllers=("sarssa",)))
 
