@@ -21,7 +21,8 @@ from dmil.scenarios.demand_changes import resampled
 from dmil.simulation import Simulator, make_simulator
 from dmil.studies.resco.plan import ContenderUnit
 from dmil.studies.resco.settings import CALIBRATED, RescoStudySettings
-from dmil.training import Run, evaluate, policy_of, train, vehicles_of_seed
+from dmil.training import evaluate, policy_of, train, vehicles_of_seed
+from dmil.training.episodes import EpisodeRecorder
 from dmil.training.policies import controller_of
 
 
@@ -57,8 +58,7 @@ def run_unit(settings: RescoStudySettings, folder: str, unit: ContenderUnit) -> 
         for name in unit.simulators(settings):
             result.runs.append(row | {"simulator": name, "status": status})
         return result
-    for number, each in enumerate(episodes):
-        result.episodes.append(identity | {"trained_in": trained_in} | _episode(number, each))
+    result.episodes.extend(identity | {"trained_in": trained_in} | row for row in episodes)
     vehicles = vehicles_of_seed(_day(settings, made), unit.seed)
     for name in unit.simulators(settings):
         here: Row = {"simulator": name}
@@ -107,19 +107,21 @@ def _simulator(
 
 def _ready(
     settings: RescoStudySettings, folder: str, unit: ContenderUnit, made: Scenario
-) -> tuple[Controller, list[Run]]:
+) -> tuple[Controller, list[Row]]:
     """Return the controller that is judged, learners trained and frozen, and its training."""
     if not unit.learns:
         return make_controller(unit.controller), []
     options = _options(settings, unit)
     learner = make_controller(unit.controller, options)
     assert isinstance(learner, MemoryController)
-    runs = train(
+    watched = EpisodeRecorder()
+    train(
         made,
         learner,
         make_reward(settings.reward),
         unit.seed,
         episodes=range(settings.episodes),
+        observers=[watched],
         simulator=_simulator(
             settings, folder, unit.scenario, settings.training_simulator, judging=False
         ),
@@ -133,7 +135,9 @@ def _ready(
         training={"scenario": unit.scenario},
     )
     frozen = controller_of(policy, made.network, where=unit.controller, learning=False, epsilon=0.0)
-    return frozen, runs
+    # This study has never kept these two.
+    unknown = {"mean_queue_veh": None, "bytes_total": None}
+    return frozen, [row | unknown for row in watched.study_rows()]
 
 
 def _options(settings: RescoStudySettings, unit: ContenderUnit) -> dict[str, object]:
@@ -141,14 +145,4 @@ def _options(settings: RescoStudySettings, unit: ContenderUnit) -> dict[str, obj
     return base.model_dump() | {
         "embedding": unit.embedding,
         "communication": unit.communication,
-    }
-
-
-def _episode(number: int, run: Run) -> Row:
-    return {
-        "episode": number,
-        "delay_s": run.measures.delay_s,
-        "travel_time_s": run.measures.travel_time_s,
-        "wait_per_spawned_s": run.measures.wait_per_spawned_s,
-        "entries_per_agent": run.memory[-1].entries,
     }
