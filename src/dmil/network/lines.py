@@ -126,24 +126,6 @@ def _cut(here: Points, there: Points, low: Points, high: Points) -> tuple[Points
     return (here + begin * way, here + end * way) if begin < end else None
 
 
-def bend(start: Points, ahead: Points, end: Points, onward: Points, reach: float) -> Points:
-    """Return a smooth way from one direction into another.
-
-    Parameters
-    ----------
-    start, end: (2,) float64
-    ahead, onward: (2,) float64
-        Unit vectors along the way at its start and its end.
-    reach
-        How far it follows each of them.
-    """
-    t = np.linspace(0.0, 1.0, 17)[:, None]
-    one, other = start + ahead * reach, end - onward * reach
-    return np.asarray(
-        (1 - t) ** 3 * start + 3 * (1 - t) ** 2 * t * one + 3 * (1 - t) * t**2 * other + t**3 * end
-    )
-
-
 def direction(points: Points, *, at_end: bool) -> Points:
     """Return the unit vector along a line at one of its ends.
 
@@ -168,9 +150,13 @@ def bend_into(start: Points, goal: Points, least: float, beyond: float = 0.0) ->
     beyond
         How far it goes on along the goal.
     """
-    reach = max(0.4 * math.dist(start[-1], goal[0]), least)
-    ahead, onward = direction(start, at_end=True), direction(goal, at_end=False)
-    way = bend(start[-1], ahead, goal[0], onward, reach)
+    first, last = start[-1], goal[0]
+    reach = max(0.4 * math.dist(first, last), least)
+    onward = direction(goal, at_end=False)
+    ahead, back = first + direction(start, at_end=True) * reach, last - onward * reach
+    t = np.linspace(0.0, 1.0, 17)[:, None]
+    way = (1 - t) ** 3 * first + 3 * (1 - t) ** 2 * t * ahead
+    way = np.asarray(way + 3 * (1 - t) * t**2 * back + t**3 * last)
     return np.vstack([way, way[-1] + onward * beyond]) if beyond else way
 
 

@@ -11,7 +11,7 @@ from dmil.network.geometry import LANE_M, RoadGeometry
 from dmil.network.lines import (
     along,
     beginning,
-    bend,
+    bend_into,
     beside,
     direction,
     heading,
@@ -76,7 +76,8 @@ def test_what_is_inside_of_a_box():
 
 def test_a_bend_keeps_the_directions_at_its_ends():
     east, north = np.array([1.0, 0.0]), np.array([0.0, 1.0])
-    curve = bend(np.zeros(2), east, np.array([9.0, 9.0]), north, 4.0)
+    start, goal = np.array([[-5.0, 0.0], [0.0, 0.0]]), np.array([[9.0, 9.0], [9.0, 14.0]])
+    curve = bend_into(start, goal, 0.5)
     assert curve[[0, -1]] == pytest.approx(np.array([[0, 0], [9, 9]]))
     assert direction(curve, at_end=False) @ east > 0.98
     assert direction(curve, at_end=True) @ north > 0.98
