@@ -9,7 +9,6 @@ from typing import Any
 from dmil.controllers import MemoryUse
 from dmil.results.metrics import METRICS
 from dmil.simulation import Measures
-from dmil.training import Run
 
 Row = dict[str, Any]
 SIMULATOR = "queue"
@@ -45,23 +44,3 @@ def measures_row(measures: Measures, memory: MemoryUse) -> Row:
             value = getattr(source, name.removesuffix("_per_agent"))
             row[name] = None if metric.sumo_only and math.isnan(value) else value
     return row
-
-
-def series_rows(result: Run) -> list[Row]:
-    """Return a run's course as rows of the series: at every decision, and at the horizon."""
-    measures = result.measures
-    arrived = [0, *measures.arrived_at.tolist()]
-    queued = [0, *measures.queued_at.tolist()]
-    return [
-        {
-            "time_s": time_s,
-            "arrived_veh": arrived[time_s],
-            "queue_veh": queued[time_s],
-            "short_term_entries": memory.short_term_entries,
-            "long_term_entries": memory.long_term_entries,
-            "table_entries": memory.table_entries,
-            "bytes_total": memory.bytes_total,
-            "msize_per_agent": memory.msize,
-        }
-        for time_s, memory in zip(result.time_s, result.memory, strict=True)
-    ]

@@ -214,7 +214,7 @@ _WHERE = Column("intersection", _TEXT, "", "Id of the intersection.", False)
 
 RECORDINGS: dict[str, Table] = {
     "seconds": Table((_SEED, _TIME, *SERIES[-7:-5])),
-    "memory": Table((_SEED, _TIME, *SERIES[-5:])),
+    "series": Table((_SEED, *SERIES[-8:])),
     "flows": Table(
         (
             _SEED,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -57,16 +58,7 @@ class Recording:
                     "queue_veh": measures.queued_at,
                 }
             ),
-            "memory": pl.DataFrame(
-                {
-                    "time_s": result.time_s,
-                    "short_term_entries": [use.short_term_entries for use in result.memory],
-                    "long_term_entries": [use.long_term_entries for use in result.memory],
-                    "table_entries": [use.table_entries for use in result.memory],
-                    "bytes_total": [use.bytes_total for use in result.memory],
-                    "msize_per_agent": [use.msize for use in result.memory],
-                }
-            ),
+            "series": pl.DataFrame(series_rows(result)),
             "flows": pl.DataFrame(
                 {
                     "time_s": np.repeat(flow.time_s, len(ids)),
@@ -89,3 +81,23 @@ class Recording:
             If it cannot be written.
         """
         write_recording(path, name, pl.concat(self.tables[name]))
+
+
+def series_rows(result: Run) -> list[dict[str, Any]]:
+    """Return a run as rows of ``series``: at every decision, if watched, and at the horizon."""
+    measures = result.measures
+    arrived = [0, *measures.arrived_at.tolist()]
+    queued = [0, *measures.queued_at.tolist()]
+    return [
+        {
+            "time_s": time_s,
+            "arrived_veh": arrived[time_s],
+            "queue_veh": queued[time_s],
+            "short_term_entries": memory.short_term_entries,
+            "long_term_entries": memory.long_term_entries,
+            "table_entries": memory.table_entries,
+            "bytes_total": memory.bytes_total,
+            "msize_per_agent": memory.msize,
+        }
+        for time_s, memory in zip(result.time_s, result.memory, strict=True)
+    ]

@@ -28,10 +28,10 @@ def test_the_tables_of_recorded_runs_agree_with_their_measures(tmp_path):
         assert dict(found[name].schema) == RECORDINGS[name].schema
         assert found[name]["seed"].unique().to_list() == [3, 4]
     assert set(found) == set(RECORDINGS) - {"training"}
-    seconds, memory, flows = found["seconds"], found["memory"], found["flows"]
+    seconds, series, flows = found["seconds"], found["series"], found["flows"]
     assert seconds.filter(seed=4)["queue_veh"].to_list() == runs[1].measures.queued_at.tolist()
-    assert memory.filter(seed=3)["bytes_total"][-1] == runs[0].memory[-1].bytes_total
-    assert memory.filter(seed=3)["time_s"].to_list() == [*range(0, 121, 10)]
+    assert series.filter(seed=3)["bytes_total"][-1] == runs[0].memory[-1].bytes_total
+    assert series.filter(seed=3)["time_s"].to_list() == [*range(0, 121, 10)]
     assert flows.height == 2 * 13 * 2
     waiting = flows.filter(time_s=120, seed=3)["queue_veh"].sum()
     assert waiting == runs[0].measures.queued_at[-1]

@@ -20,7 +20,6 @@ from dmil.experiments.trial import (
     Row,
     TrialResult,
     measures_row,
-    series_rows,
 )
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
@@ -31,6 +30,7 @@ from dmil.studies.memories.plan import REFERENCE, MemoriesUnit, is_trained, lear
 from dmil.studies.memories.settings import MemoriesStudySettings
 from dmil.training import evaluate, train, vehicles_of_seed
 from dmil.training.episodes import EpisodeRecorder
+from dmil.training.recording import series_rows
 
 SERIES_EVERY_S = 60
 """The course of a run is kept at about this distance."""

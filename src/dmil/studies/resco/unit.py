@@ -12,7 +12,6 @@ from dmil.experiments.trial import (
     Row,
     TrialResult,
     measures_row,
-    series_rows,
 )
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario, scenario
@@ -24,6 +23,7 @@ from dmil.studies.resco.settings import CALIBRATED, RescoStudySettings
 from dmil.training import evaluate, policy_of, train, vehicles_of_seed
 from dmil.training.episodes import EpisodeRecorder
 from dmil.training.policies import controller_of
+from dmil.training.recording import series_rows
 
 
 def run_unit(settings: RescoStudySettings, folder: str, unit: ContenderUnit) -> TrialResult:
