@@ -36,7 +36,7 @@ class Picture:
     Parameters
     ----------
     network
-        The roads; only their nodes have a place, so links are straight.
+        The roads; links are drawn straight from node to node, wider than they are.
 
     Raises
     ------
