@@ -63,9 +63,10 @@ def trained(dmil, tmp_path_factory):
 
 
 def test_a_resumed_training_equals_an_uninterrupted_one(trained, dmil, tmp_path):
-    path = tmp_path / "parts.npz"
-    dmil(*TRAIN, "--episodes", 2, "--out", path)
-    done = dmil("train", "--resume", path, "--episodes", 6)
+    path, log = tmp_path / "parts.npz", tmp_path / "log.csv"
+    dmil(*TRAIN, "--episodes", 2, "--out", path, "--log", log)
+    done = dmil("train", "--resume", path, "--episodes", 6, "--log", log)
+    assert pl.read_csv(log)["episode"].to_list() == [1, 2, 3, 4, 5, 6]
     assert [line.split()[0] for line in done.out.splitlines()[1:5]] == ["3", "4", "5", "6"]
     assert path.read_bytes() == trained.read_bytes()
 
@@ -177,12 +178,14 @@ def test_a_series_is_written_by_the_second(dmil, tmp_path):
     arguments = ("--scenario", "grid:1x1", "--seeds", 2, "--load", 2, "--steps", 100)
     for ending, read in ((".csv", pl.read_csv), (".parquet", pl.read_parquet)):
         path = tmp_path / f"series{ending}"
-        done = dmil("simulate", *arguments, "--series", path, "--json")
+        record = ("--record", tmp_path / "run")
+        done = dmil("simulate", *arguments, "--series", path, *record, "--json")
         table = read(path)
         assert table.columns == ["seed", "time_s", "arrived_veh", "queue_veh"]
         assert table.height == 200
         last = table.filter(pl.col("time_s") == 100)["arrived_veh"].to_list()
         assert last == [run["arrived_veh"] for run in done.json["runs"]]
+    assert pl.read_parquet(tmp_path / "run" / "seconds.parquet").equals(table)
     made = scenario("grid:1x1", load=2.0, horizon_s=100)
     assert isinstance(made.demand, PoissonDemand)
     spawned = [len(vehicles_of_seed(made, seed)) for seed in range(2)]

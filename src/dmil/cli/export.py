@@ -7,6 +7,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+import polars as pl
 import typer
 from pydantic import Field
 
@@ -22,6 +23,7 @@ from dmil.controllers import CONTROLLERS, make_controller
 from dmil.controllers.variants import Variant
 from dmil.errors import InputError
 from dmil.experiments.contender import FROZEN, Contender, accepted
+from dmil.files import write_atomically
 from dmil.network.sumo import SumoSignals, write_sumo_network
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
@@ -33,7 +35,7 @@ from dmil.simulation.measures import Measures
 from dmil.simulation.sumo import SumoSimulator
 from dmil.training import Policy, evaluate, vehicles_of_seed
 from dmil.training.mean_cycle import MeanCycle, mean_cycles
-from dmil.training.signal_events import NONE, EventRecorder, SignalEvent, write_signal_events
+from dmil.training.signal_events import NONE, EventRecorder, SignalEvent, signal_table
 
 PROGRAMS, EVENTS = "programs.add.xml", "signals.csv"
 SHOWN = 10
@@ -102,7 +104,9 @@ def export(settings: ExportParameters, json: bool) -> None:
         )
     _make_folder(settings.out)
     files = [settings.out / EVENTS]
-    write_signal_events(files[0], events, scenario.network)
+    table = signal_table(events, scenario.network)
+    phase = pl.col("phase").cast(pl.String).fill_null("program")
+    write_atomically(files[0], table.with_columns(phase=phase).write_csv)
     plans = _plans(settings, scenario, events)
     compared: dict[str, Measures] = {}
     signals: tuple[SumoSignals, ...] = ()

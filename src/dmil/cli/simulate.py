@@ -26,7 +26,6 @@ from dmil.cli.parameters import Option
 from dmil.cli.terminal import print_json, say, show, table
 from dmil.errors import InputError, OutputError
 from dmil.experiments.trial import run_row
-from dmil.files import write_atomically
 from dmil.results.metrics import METRICS, RUN_TABLE
 from dmil.rewards import PAPER_CONSTANTS
 from dmil.scenarios.names import shown
@@ -34,7 +33,8 @@ from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED, stream
 from dmil.simulation import make_simulator
 from dmil.statistics import mean_interval
-from dmil.training import Run, evaluate, vehicles_of_seed
+from dmil.training import evaluate, vehicles_of_seed
+from dmil.training.recording import Recording
 
 SERIES_ENDINGS = (".csv", ".parquet")
 
@@ -50,6 +50,11 @@ class SimulateParameters(ControllerOrPolicy, ScenarioRecipe, SimulatorChoice, Re
         None,
         description="Write V_c and queue of every second to this file, .csv or .parquet.",
     )
+    record: Path | None = Field(
+        None,
+        description="Write what happened to this folder, as Parquet: V_c and queue of every "
+        "second, memory in use, queues and crossings, changes of phase (docs/results.md).",
+    )
 
 
 OPTIONS = (
@@ -61,6 +66,7 @@ OPTIONS = (
     Option("seed", "--seed", "Runs"),
     Option("seeds", "--seeds", "Runs"),
     Option("series", "--series", "Output", "FILE"),
+    Option("record", "--record", "Output", "FOLDER"),
 )
 
 app = typer.Typer(add_completion=False)
@@ -106,16 +112,22 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
         )
     simulator = make_simulator(scenario, settings.simulator, emissions=settings.emissions)
     say_stand_ins(scenario, settings.simulator, [settings.controller.name])
-    rows, series = [], []
+    rows, recording = [], Recording(scenario.network)
+    observers = recording.observers if settings.series or settings.record else ()
     seeds = range(settings.seed, settings.seed + settings.seeds)
     compile_first()
     for seed in seeds:
         vehicles = vehicles_of_seed(scenario, seed)
-        run = evaluate(simulator, contender.make(scenario.network), vehicles, reward, seed)
+        controller = contender.make(scenario.network)
+        run = evaluate(simulator, controller, vehicles, reward, seed, observers=observers)
         rows.append({"seed": seed} | run_row(run, scenario.network))
-        series.append(_series(run, seed))
+        if observers:
+            recording.add(seed, run)
     if settings.series:
-        _write_series(pl.concat(series), settings.series)
+        recording.write("seconds", settings.series)
+    if settings.record:
+        for name in recording.tables:
+            recording.write(name, settings.record / f"{name}.parquet")
     if json:
         print_json(
             {
@@ -133,22 +145,8 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
     show(_table(rows), UNFINISHED)
     if settings.series:
         say(f"Every second of it: {settings.series}")
-
-
-def _series(run: Run, seed: int) -> pl.DataFrame:
-    measures = run.measures
-    return pl.DataFrame(
-        {
-            "seed": pl.Series([seed] * measures.time_s, dtype=pl.Int64),
-            "time_s": pl.Series(range(1, measures.time_s + 1), dtype=pl.Int64),
-            "arrived_veh": pl.Series(measures.arrived_at, dtype=pl.Int64),
-            "queue_veh": pl.Series(measures.queued_at, dtype=pl.Int64),
-        }
-    )
-
-
-def _write_series(table: pl.DataFrame, path: Path) -> None:
-    write_atomically(path, table.write_csv if path.suffix == ".csv" else table.write_parquet)
+    if settings.record:
+        say(f"Recorded: {settings.record}")
 
 
 def _table(rows: list[dict[str, Any]]) -> Table:

@@ -28,7 +28,6 @@ from dmil.cli.train_verdict import as_json, judged, verdict
 from dmil.controllers import CONTROLLERS, MemoryController, make_controller
 from dmil.errors import InputError
 from dmil.experiments.comparison import Comparison
-from dmil.experiments.trial import episode_row
 from dmil.experiments.tuning import load_tuned
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
@@ -44,6 +43,7 @@ from dmil.training import (
     train_prior,
 )
 from dmil.training import train as train_episodes
+from dmil.training.episodes import EpisodeRecorder, TrainingLog
 
 UNKNOWN = "Not compared yet: rules and memories that need no training may be better; this tells:"
 
@@ -78,6 +78,11 @@ class TrainParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
     out: Path | None = Field(
         None, description="File of the policy, .npz; with --resume by default the resumed one."
     )
+    log: Path | None = Field(
+        None,
+        description="Write a row for each episode as it ends: .csv or .jsonl; without an ending a "
+        "folder for TensorBoard. --resume goes on with it.",
+    )
     resume: Path | None = Field(
         None,
         description="Go on with the training of this policy: scenario, controller and seed are its "
@@ -93,6 +98,7 @@ OPTIONS = (
     *options("Training", "reward; episodes; seed; prior; resume FILE"),
     Option("compare", "--compare", "Output"),
     Option("out", "--out", "Output", "FILE"),
+    Option("log", "--log", "Output", "FILE"),
 )
 
 app = typer.Typer(add_completion=False)
@@ -136,9 +142,9 @@ def train(settings: TrainParameters, json: bool) -> None:
     simulator = make_simulator(scenario, settings.simulator)
     done = int(before.training["episodes"]) if before else 0
     options = settings.controller.complete().options
-    rows: list[dict[str, Any]] = []
-
     controller = _checked(settings, options)
+    # A row may be in the log whose policy is not saved yet: --resume writes it anew.
+    log = [TrainingLog(settings.log, done)] if settings.log else []
     compile_first()
     if before is not None:
         controller = controller_of(before, scenario.network, where=str(settings.resume))
@@ -152,23 +158,8 @@ def train(settings: TrainParameters, json: bool) -> None:
         assert isinstance(made, MemoryController)
         controller = made
 
-    def keep(episode: int, run: Run) -> None:
-        names = (name for name, *_ in COLUMNS[1:])
-        rows.append(episode_row(episode + 1, run, *names, "bytes_total"))
-        save_policy(
-            policy_of(
-                controller,
-                scenario.network,
-                name=settings.controller.name,
-                options=options,
-                reward=settings.reward,
-                reward_constants=settings.reward_constants,
-                training=_record(settings, scenario, episode + 1),
-            ),
-            out,
-        )
-        _tell_row(rows[-1], say if json else show, first=len(rows) == 1)
-
+    keeper = _Keeper(settings, scenario, out, say if json else show)
+    rows = keeper.rows
     try:
         train_episodes(
             scenario,
@@ -176,20 +167,47 @@ def train(settings: TrainParameters, json: bool) -> None:
             reward,
             settings.seed,
             episodes=range(done, settings.episodes),
-            after_episode=keep,
+            observers=[*log, keeper],
             simulator=simulator,
         )
     except KeyboardInterrupt:
         raise StoppedError(_how_to_go_on(settings, out, _kept(out) if rows else done)) from None
     found = _judged(settings, scenario, out) if rows and settings.compare else None
     if json:
+        told = [{name: row[name] for name in JSON} for row in rows]
         compared = {"compared": as_json(found)} if found else {}
-        print_json({"policy": out, "scenario": scenario.name, "episodes": rows} | compared)
+        print_json({"policy": out, "scenario": scenario.name, "episodes": told} | compared)
     elif not rows:
         show(f"{settings.resume} has its {done} episodes already; for more, add --episodes N.")
     else:
         show(*(verdict(found, out) if found else [UNKNOWN]))
         show(f"Policy: {out}. Judge it: dmil evaluate --policy {out}")
+
+
+class _Keeper(EpisodeRecorder):
+    """Saves the policy after every episode, and tells what that came to."""
+
+    def __init__(
+        self, settings: TrainParameters, scenario: Scenario, out: Path, tell: Callable[[str], None]
+    ) -> None:
+        super().__init__(first=1)
+        self._settings, self._scenario, self._out, self._tell = settings, scenario, out, tell
+
+    def episode_ended(self, episode: int, result: Run) -> None:
+        super().episode_ended(episode, result)
+        settings, controller = self._settings, self._controller
+        assert isinstance(controller, MemoryController)
+        policy = policy_of(
+            controller,
+            self._scenario.network,
+            name=settings.controller.name,
+            options=settings.controller.complete().options,
+            reward=settings.reward,
+            reward_constants=settings.reward_constants,
+            training=_record(settings, self._scenario, episode + 1),
+        )
+        save_policy(policy, self._out)
+        _tell_row(self.rows[-1], self._tell, first=len(self.rows) == 1)
 
 
 def _judged(settings: TrainParameters, scenario: Scenario, out: Path) -> Comparison | None:
@@ -217,7 +235,7 @@ def _resumed(settings: TrainParameters, policy: Policy, where: str) -> TrainPara
         "prior": record["prior"],
     }
     trained = TrainParameters(**own)
-    new = ("episodes", "out", "resume", "compare")
+    new = ("episodes", "out", "log", "resume", "compare")
     for name in settings.model_fields_set - set(new):
         given, found = getattr(settings, name), getattr(trained, name)
         if name == "controller":
@@ -226,7 +244,7 @@ def _resumed(settings: TrainParameters, policy: Policy, where: str) -> TrainPara
             raise InputError(
                 f"{name} differs from that of the policy",
                 where=f"--resume {where}",
-                expected="the same, or none: only --episodes and --out can be new",
+                expected="the same, or none: only --episodes, --out and --log can be new",
             )
     return trained.model_copy(update={name: getattr(settings, name) for name in new})
 
@@ -286,6 +304,7 @@ COLUMNS: tuple[tuple[str, str, int], ...] = (
     ("arrived_veh", "arrived veh", 0),
     ("entries_per_agent", "entries/int.", 1),
 )
+JSON = (*(name for name, _, _ in COLUMNS), "bytes_total")
 
 
 def _tell_row(row: dict[str, Any], tell: Callable[[str], None], *, first: bool) -> None:

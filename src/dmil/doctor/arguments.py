@@ -11,7 +11,7 @@ from dmil.network.xml_file import XmlWalk
 from dmil.scenarios.cityflow import find_cityflow_files
 from dmil.scenarios.names import kind_of, plain
 from dmil.scenarios.resco import PREFIX, find_resco_configuration
-from dmil.scenarios.sumo_configuration import ROOTS, read_sumo_configuration
+from dmil.scenarios.sumo_configuration import ROOTS
 
 EXPECTED = (
     "the name of a scenario, a .sumocfg, a .net.xml with its route files, or a folder or files of "
@@ -49,8 +49,6 @@ class SumoFilesGiven:
         Name of the scenario, empty if it was given as files.
     configuration, network, routes, additional
         What they are.
-    left_hand
-        Whether traffic keeps to the left.
     """
 
     files: tuple[Path, ...]
@@ -59,7 +57,6 @@ class SumoFilesGiven:
     network: Path | None = None
     routes: tuple[Path, ...] = ()
     additional: tuple[Path, ...] = ()
-    left_hand: bool = False
 
 
 def sort_arguments(arguments: Sequence[str]) -> Given | SumoFilesGiven:
@@ -119,14 +116,12 @@ def _begins_with(path: Path, *letters: bytes) -> bool:
 
 def _sumo(paths: list[Path]) -> SumoFilesGiven:
     found: dict[str, list[Path]] = {}
-    left_hand = False
     for path in paths:
-        root, attributes = root_of(path)
+        root, _ = root_of(path)
         kind = "configuration" if root in ROOTS else root
         if kind not in ("configuration", "net", "routes", "additional"):
             kind = _kind_by_content(path, root)
         found.setdefault(kind, []).append(path)
-        left_hand = left_hand or _keeps_left(kind, attributes)
     configurations, nets = found.get("configuration", []), found.get("net", [])
     if len(configurations) == len(paths) == 1:
         return _configured(paths[0], "")
@@ -141,7 +136,6 @@ def _sumo(paths: list[Path]) -> SumoFilesGiven:
         network=nets[0],
         routes=tuple(found.get("routes", ())),
         additional=tuple(found.get("additional", ())),
-        left_hand=left_hand,
     )
 
 
@@ -166,17 +160,7 @@ def _kind_by_content(path: Path, root: str) -> str:
 
 
 def _configured(path: Path, name: str) -> SumoFilesGiven:
-    configuration = read_sumo_configuration(path)
-    return SumoFilesGiven(
-        files=(path,),
-        name=name,
-        configuration=path,
-        left_hand=_keeps_left(*root_of(configuration.net_file)),
-    )
-
-
-def _keeps_left(root: str, attributes: Mapping[str, str]) -> bool:
-    return root == "net" and attributes.get("lefthand", "false") in ("true", "1", "yes", "on")
+    return SumoFilesGiven(files=(path,), name=name, configuration=path)
 
 
 class _Met(Exception):  # noqa: N818  nothing is wrong: it ends the walk at the first element

@@ -14,7 +14,6 @@ from dmil.demand.sumo.reader import has_vehicles
 from dmil.demand.sumo.routing import sumo_is_installed
 from dmil.doctor.arguments import Given, SumoFilesGiven, sort_arguments
 from dmil.doctor.findings import Finding, finding
-from dmil.doctor.roads import Line, lines_of
 from dmil.errors import DemandError, InputError
 from dmil.network import (
     Remark,
@@ -65,8 +64,6 @@ class SumoFacts:
         Controller to the number of junctions that it governs.
     all_red_s
         Controller to its longest stage in which everything is red; without one it is missing.
-    left_hand
-        Whether traffic keeps to the left.
     """
 
     remarks: tuple[Remark, ...]
@@ -74,7 +71,6 @@ class SumoFacts:
     program_kinds: Mapping[str, str]
     junctions: Mapping[str, int]
     all_red_s: Mapping[str, float]
-    left_hand: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,8 +85,6 @@ class Case:
         The files that were read.
     network
         The roads.
-    lines
-        Link id to the points along it, in metres.
     demand
         Who drives; None if only a network was given.
     timing, dynamics
@@ -103,14 +97,11 @@ class Case:
         What only SUMO's files say.
     found
         What was found while reading.
-    lanes_from_left
-        Whether lane 0 is the leftmost one, as in CityFlow's files, or else the rightmost one.
     """
 
     name: str
     files: tuple[Path, ...]
     network: RoadNetwork
-    lines: Mapping[str, Line]
     demand: Demand | None
     timing: SignalTiming
     dynamics: QueueDynamics
@@ -118,7 +109,6 @@ class Case:
     horizon_s: int
     sumo: SumoFacts | None = None
     found: tuple[Finding, ...] = ()
-    lanes_from_left: bool = False
 
 
 def read_case(
@@ -182,13 +172,11 @@ def _case_of(made: Scenario, files: tuple[Path, ...]) -> Case:
         name=made.name,
         files=files,
         network=made.network,
-        lines=lines_of(made.network),
         demand=made.demand,
         timing=made.timing,
         dynamics=made.dynamics,
         begin_s=0,
         horizon_s=made.horizon_s,
-        lanes_from_left=bool(files) or made.name.startswith("cityflow:"),
     )
 
 
@@ -198,13 +186,11 @@ def _roadnet_case(path: Path) -> Case:
         name=network.name,
         files=(path,),
         network=network,
-        lines=lines_of(network),
         demand=None,
         timing=SignalTiming(decision_interval_s=CITYFLOW_INTERVAL_S, **PLAN),
         dynamics=QueueDynamics(saturation_flow_veh_per_s=SATURATION_FLOW_VEH_PER_S, storage=True),
         begin_s=0,
         horizon_s=NO_DEMAND_HORIZON_S,
-        lanes_from_left=True,
     )
 
 
@@ -223,13 +209,12 @@ def _sumo_case(
         name=given.name or roads.network.name,
         files=(*given.files, *_unnamed(given, configuration)),
         network=roads.network,
-        lines=lines_of(roads.network, {edge.id: edge.shape for edge in file.edges.values()}),
         demand=None,
         timing=SignalTiming(decision_interval_s=DECISION_INTERVAL_S, **PLAN),
         dynamics=QueueDynamics(saturation_flow_veh_per_s=SATURATION_FLOW_VEH_PER_S, storage=True),
         begin_s=start_s,
         horizon_s=horizon_s or NO_DEMAND_HORIZON_S,
-        sumo=_facts(roads, file, given.left_hand),
+        sumo=_facts(roads, file),
         found=tuple(_on_options(configuration)),
     )
     if not configuration.route_files and not any(map(has_vehicles, additional)):
@@ -253,7 +238,7 @@ def _sumo_case(
     )
 
 
-def _facts(roads: SumoNetwork, file: NetFile, left_hand: bool) -> SumoFacts:
+def _facts(roads: SumoNetwork, file: NetFile) -> SumoFacts:
     junctions: dict[str, set[str]] = {}
     for way in file.connections:
         junctions.setdefault(way.signal, set()).add(way.junction)
@@ -268,7 +253,6 @@ def _facts(roads: SumoNetwork, file: NetFile, left_hand: bool) -> SumoFacts:
         program_kinds={logic.id: logic.kind for logic in file.logics},
         junctions={signal: len(places) for signal, places in junctions.items()},
         all_red_s=all_red_s,
-        left_hand=left_hand,
     )
 
 

@@ -12,8 +12,8 @@ from dmil.doctor.intersections import IntersectionFacts, intersections_of
 from dmil.doctor.kind import SEVERITIES
 from dmil.doctor.kinds import KINDS
 from dmil.doctor.road_findings import on_roads
-from dmil.doctor.roads import road_ends
 from dmil.doctor.traffic import Traffic, traffic_of
+from dmil.network.geometry import road_ends
 
 
 @dataclass(frozen=True, slots=True)

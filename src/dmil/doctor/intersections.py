@@ -9,10 +9,11 @@ from string import ascii_uppercase
 from dmil.controllers.tabular.agents import Agents, agents_of
 from dmil.doctor.case import Case
 from dmil.doctor.load import Load
-from dmil.doctor.roads import side_names
 from dmil.doctor.traffic import Traffic
 from dmil.network import TURNS, Intersection
-from dmil.network.naming import phase_name
+from dmil.network.geometry import RoadGeometry
+from dmil.network.lines import heading
+from dmil.network.naming import approach_names, phase_name
 
 NEMA = "NEMA"
 
@@ -120,10 +121,19 @@ def intersections_of(case: Case, traffic: Traffic | None) -> tuple[IntersectionF
     traffic
         Its vehicles.
     """
-    agents = agents_of(case.network)
+    agents, geometry = agents_of(case.network), RoadGeometry(case.network)
     return tuple(
-        _facts(case, i, item, agents, traffic) for i, item in enumerate(case.network.intersections)
+        _facts(case, i, _side_names(item, geometry), agents, traffic)
+        for i, item in enumerate(case.network.intersections)
     )
+
+
+def _side_names(item: Intersection, geometry: RoadGeometry) -> dict[int, str]:
+    """Name the approaches of an intersection after the compass, else by numbers."""
+    link_of = {movement.approach: movement.from_link for movement in item.movements}
+    sides = sorted(link_of)
+    from_rad = [heading(geometry.course(link_of[side])[::-1].tolist()) for side in sides]
+    return dict(zip(sides, approach_names(from_rad), strict=True))
 
 
 def shape_letter(shape: int) -> str:
@@ -133,10 +143,9 @@ def shape_letter(shape: int) -> str:
 
 
 def _facts(
-    case: Case, i: int, item: Intersection, agents: Agents, traffic: Traffic | None
+    case: Case, i: int, sides: dict[int, str], agents: Agents, traffic: Traffic | None
 ) -> IntersectionFacts:
-    shape = int(agents.shape[i])
-    sides = side_names(item, case.lines)
+    item, shape = case.network.intersections[i], int(agents.shape[i])
     load, crossing = (traffic.load[i], traffic.crossing[i]) if traffic else (None, None)
     planned_s = item.planned_green_s
     program = item.program

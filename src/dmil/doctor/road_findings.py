@@ -24,7 +24,7 @@ def on_roads(case: Case) -> Iterator[Finding]:
     """
     if case.sumo:
         yield from _on_remarks(case, case.sumo)
-        if case.sumo.left_hand:
+        if case.network.left_hand:
             yield finding("left-hand-traffic", "network", "lefthand is true")
     for item in case.network.intersections:
         yield from _on_program(case, item)

@@ -59,29 +59,3 @@ def run_row(run: Run, network: RoadNetwork) -> Row:
     """Return a run's totals with the memory at its end, that of an intersection, too."""
     row = measures_row(run.measures, run.memory[-1])
     return row | {"bytes_per_intersection": row["bytes_total"] / len(network.intersections)}
-
-
-def episode_row(number: int, run: Run, *names: str) -> Row:
-    """Return some totals of an episode of training as a row of the table of episodes."""
-    row = measures_row(run.measures, run.memory[-1])
-    return {"episode": number} | {name: row[name] for name in names}
-
-
-def series_rows(result: Run) -> list[Row]:
-    """Return a run's course as rows of the series: at every decision, and at the horizon."""
-    measures = result.measures
-    arrived = [0, *measures.arrived_at.tolist()]
-    queued = [0, *measures.queued_at.tolist()]
-    return [
-        {
-            "time_s": time_s,
-            "arrived_veh": arrived[time_s],
-            "queue_veh": queued[time_s],
-            "short_term_entries": memory.short_term_entries,
-            "long_term_entries": memory.long_term_entries,
-            "table_entries": memory.table_entries,
-            "bytes_total": memory.bytes_total,
-            "msize_per_agent": memory.msize,
-        }
-        for time_s, memory in zip(result.time_s, result.memory, strict=True)
-    ]

@@ -8,8 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.errors import MissingExtraError
-from dmil.interop.streets import Point, Streets, Strip
+from dmil.interop.streets import Streets, Strip
 from dmil.network import RoadNetwork
+from dmil.network.lines import Points
 from dmil.simulation import Observation
 
 FINE = 3
@@ -35,7 +36,7 @@ class Picture:
     Parameters
     ----------
     network
-        The roads; only their nodes have a place, so links are straight.
+        The roads; links are drawn straight from node to node, wider than they are.
 
     Raises
     ------
@@ -125,7 +126,7 @@ class Picture:
             end = strip.stop + strip.back * (strip.room_px - 6)
             self._text(brush, (end[0], end[1]), str(queue), 10, INK, anchor="mm")
 
-    def _arrow(self, brush: Any, way: Point, colour: str) -> None:
+    def _arrow(self, brush: Any, way: Points, colour: str) -> None:
         thin = 0.12 if colour == FREE else 0.2
         width = max(1.0, self._streets.lane_px * thin)
         along = way[-1] - way[-2]
@@ -168,5 +169,5 @@ class Picture:
         )
 
 
-def _fill(brush: Any, corners: Point, colour: str) -> None:
+def _fill(brush: Any, corners: Points, colour: str) -> None:
     brush.polygon([tuple(corner * FINE) for corner in corners], fill=colour)

@@ -103,6 +103,12 @@ def read_cityflow_roadnet(path: str | Path) -> CityflowNetwork:
         intersections=intersections,
         fringe=tuple(node.id for node in file.intersections if node.is_fringe),
         position_m={node.id: (node.point.x, node.point.y) for node in file.intersections},
+        line_m={
+            road.id: tuple((point.x, point.y) for point in road.points)
+            for road in file.roads
+            if len(road.points) > 2
+        },
+        lanes_from_left=True,
         lane_length_m=tuple(road_length_m(road, junctions) for road in file.roads),
         followers=_followers(file),
     )

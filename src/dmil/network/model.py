@@ -15,6 +15,7 @@ from typing import Literal, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from dmil.network.lines import Line
 from dmil.network.permissions import Classes, Permissions
 from dmil.network.program import Program
 
@@ -202,6 +203,13 @@ class RoadNetwork:
         Nodes without signals.
     permissions
         Which vehicle classes may use which lanes; None where all may use all.
+    line_m
+        Link id to the points along it, where the file has them: from stop line to stop line in the
+        middle of its leftmost lane, or from node to node along its left edge; for drawings only.
+    left_hand
+        Whether traffic keeps to the left.
+    lanes_from_left
+        Whether lane 0 is the leftmost one, as in CityFlow's files, or else the rightmost one.
     """
 
     name: str
@@ -211,6 +219,9 @@ class RoadNetwork:
     position_m: Mapping[str, tuple[float, float]] = field(repr=False)
     junctions: tuple[Junction, ...] = ()
     permissions: Permissions | None = field(default=None, repr=False)
+    line_m: Mapping[str, Line] = field(default_factory=dict, repr=False, compare=False)
+    left_hand: bool = False
+    lanes_from_left: bool = False
 
     def __hash__(self) -> int:
         # The dataclass's own hash would walk all links at every look-up of a cache.
@@ -225,6 +236,11 @@ class RoadNetwork:
     def intersection_index(self) -> dict[str, int]:
         """Intersection id to index in ``intersections``."""
         return {node.id: index for index, node in enumerate(self.intersections)}
+
+    @property
+    def nodes(self) -> tuple[Intersection | Junction, ...]:
+        """All nodes that are crossed."""
+        return (*self.intersections, *self.junctions)
 
     @cached_property
     def entry_links(self) -> tuple[int, ...]:
@@ -259,8 +275,7 @@ class RoadNetwork:
         """For every link the (next link, turn) pairs that its movements allow."""
         link = self.link_index
         found: list[list[tuple[int, Turn]]] = [[] for _ in self.links]
-        nodes: tuple[Intersection | Junction, ...] = (*self.intersections, *self.junctions)
-        for node in nodes:
+        for node in self.nodes:
             for movement in node.movements:
                 found[link[movement.from_link]].append((link[movement.to_link], movement.turn))
         return tuple(tuple(pairs) for pairs in found)

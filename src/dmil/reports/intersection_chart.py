@@ -8,10 +8,11 @@ import numpy as np
 
 from dmil.doctor import Diagnosis, IntersectionFacts
 from dmil.network import Intersection
-from dmil.reports.crossing import LANE_M, Crossing
+from dmil.network.geometry import LANE_M, View
+from dmil.network.lines import Points, beside, inside
+from dmil.reports.crossing import Crossing
 from dmil.reports.labels import counted
 from dmil.reports.marks import Chart, heading
-from dmil.reports.paths import Points, beside, inside
 from dmil.reports.sheet import Sheet, shortened, text_width
 from dmil.reports.theme import FAINT, GRID, INK
 
@@ -34,7 +35,7 @@ def intersection_chart(diagnosis: Diagnosis, index: int) -> Chart:
         Which of its intersections.
     """
     item, facts = diagnosis.case.network.intersections[index], diagnosis.intersections[index]
-    crossing = Crossing(diagnosis.case, item)
+    crossing = Crossing(diagnosis.case.network, item)
     columns = min(max(len(item.phases), 3), MOST_COLUMNS)
     rows = -(-len(item.phases) // columns)
     width = max(MAIN_PX + 2 * SIDE_PX, columns * (PHASE_PX + GAP_PX) - GAP_PX)
@@ -66,19 +67,13 @@ class _Window:
     """Where the metres of a crossing are in a square of the picture."""
 
     def __init__(self, crossing: Crossing, left: float, top: float, size: float) -> None:
-        self._crossing = crossing
-        self._left, self._top, self._size = left, top, size
-        self.scale = size / float((crossing.high - crossing.low)[0])
-        self.lane_px = LANE_M * self.scale
-
-    def place(self, points: Points) -> Points:
-        moved = (points - self._crossing.low) * self.scale
-        return np.column_stack([self._left + moved[:, 0], self._top + self._size - moved[:, 1]])
+        self._low, self._high = crossing.low, crossing.high
+        scale = size / float((self._high - self._low)[0])
+        self.lane_px = LANE_M * scale
+        self.place = View(self._low, scale, left, top + size).place
 
     def shown(self, points: Points) -> list[Points]:
-        return [
-            self.place(part) for part in inside(points, self._crossing.low, self._crossing.high)
-        ]
+        return [self.place(part) for part in inside(points, self._low, self._high)]
 
 
 def _ground(sheet: Sheet, crossing: Crossing, frame: _Window) -> None:
@@ -90,7 +85,9 @@ def _ground(sheet: Sheet, crossing: Crossing, frame: _Window) -> None:
         for part in frame.shown(road.line):
             sheet.line(part, ROAD, road.lanes * frame.lane_px)
     for road in crossing.roads:
-        for part in frame.shown(beside(road.line, -road.lanes / 2 * LANE_M * crossing.side)):
+        for part in frame.shown(
+            beside(road.line, -road.lanes / 2 * LANE_M * crossing.geometry.side)
+        ):
             sheet.line(part, MARKING, max(1.0, 0.12 * frame.lane_px))
     for road in crossing.roads:
         for k in range(1, road.lanes):
@@ -124,7 +121,7 @@ def _names(
     middle = low + MAIN_PX / 2
     sides: dict[str, list[tuple[float, float, int]]] = {}
     for number, approach in enumerate(facts.approaches):
-        parts = frame.shown(crossing.origin(approach.link))
+        parts = frame.shown(crossing.geometry.middle(approach.link))
         x, y = parts[0][0]
         across, down = (x - middle[0]) / MAIN_PX, (y - middle[1]) / MAIN_PX
         if abs(across) > abs(down):

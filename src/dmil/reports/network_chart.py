@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmil.doctor import Diagnosis, IntersectionFacts
-from dmil.doctor.roads import road_ends
+from dmil.network import RoadNetwork
+from dmil.network.geometry import LANE_M, RoadGeometry, fitted, road_ends
+from dmil.network.lines import Points, beside, without_repeats
 from dmil.reports.labels import counted
 from dmil.reports.marks import Chart, heading
-from dmil.reports.paths import Points, beside, without_repeats
 from dmil.reports.sheet import Sheet, shortened, text_width
 from dmil.reports.theme import FAINT, INK
 from dmil.scenarios.names import shown
@@ -20,7 +21,6 @@ LONGEST_PX, LEAST_PX, MARGIN_PX = 680, 150, 26
 LIST_PX, ROW_PX, FOOT_PX = 250, 15, 58
 MOST_LISTED = 48
 """Of more intersections only the shapes are listed."""
-LANE_M = 3.2
 THINNEST_LANE_PX, WIDEST_LANE_PX, ROUND_UP_TO_PX = 0.9, 3.0, 6.0
 SPEEDS_KM_PER_H = ((30, "#c3ccd6"), (50, "#8fa1b5"), (70, "#566f8a"), (math.inf, "#24384d"))
 """Up to which limit a road has which colour."""
@@ -38,7 +38,7 @@ def network_chart(diagnosis: Diagnosis) -> Chart:
         What was understood of it.
     """
     facts = diagnosis.network
-    frame = _Frame(diagnosis)
+    frame = _Frame(diagnosis.case.network)
     rows = _listed(diagnosis)
     map_px = frame.size_px
     height = max(map_px[1] + FOOT_PX, len(rows) * ROW_PX + 12)
@@ -57,34 +57,25 @@ def network_chart(diagnosis: Diagnosis) -> Chart:
 class _Frame:
     """Where metres are in the picture."""
 
-    def __init__(self, diagnosis: Diagnosis) -> None:
-        case = diagnosis.case
-        every = [*case.lines.values(), tuple(case.network.position_m.values())]
-        points = np.array([point for line in every for point in line])
-        self._low, high = points.min(axis=0), points.max(axis=0)
-        extent_m = np.maximum(high - self._low, 1.0)
-        self.scale = (LONGEST_PX - 2 * MARGIN_PX) / float(extent_m.max())
-        inner = np.maximum(extent_m * self.scale, LEAST_PX)
-        self._pad = MARGIN_PX + (inner - extent_m * self.scale) / 2
-        self.size_px = tuple((inner + 2 * MARGIN_PX).round().tolist())
+    def __init__(self, network: RoadNetwork) -> None:
+        self.geometry = RoadGeometry(network)
+        lines = [self.geometry.course(link.id) for link in network.links]
+        points = np.vstack([*lines, list(network.position_m.values())])
+        view, self.size_px = fitted(points, LONGEST_PX, MARGIN_PX, LEAST_PX)
+        self.place, self.scale = view.place, view.scale
         self.lane_px = min(max(LANE_M * self.scale, THINNEST_LANE_PX), WIDEST_LANE_PX)
-
-    def place(self, points: Points) -> Points:
-        moved = (np.asarray(points, np.float64) - self._low) * self.scale + self._pad
-        return np.column_stack([moved[:, 0], self.size_px[1] - moved[:, 1]])
 
 
 def _roads(sheet: Sheet, diagnosis: Diagnosis, frame: _Frame) -> None:
-    case = diagnosis.case
-    side = -1 if case.sumo and case.sumo.left_hand else 1
+    case, geometry = diagnosis.case, frame.geometry
     # Fast and wide roads lie above others.
     for link in sorted(case.network.links, key=lambda link: (link.speed_m_per_s, link.lanes)):
-        line_px = without_repeats(frame.place(np.array(case.lines[link.id])), 1.5)
+        line_px = without_repeats(frame.place(geometry.course(link.id)), 1.5)
         if len(line_px) < 2:
             continue
         width = link.lanes * frame.lane_px
         # The picture's y goes down, so the right of the road is at its left.
-        line_px = beside(line_px, -side * (width / 2 + 0.4))
+        line_px = beside(line_px, -geometry.side * (width / 2 + 0.4))
         speed = 3.6 * link.speed_m_per_s
         colour = next(colour for most, colour in SPEEDS_KM_PER_H if round(speed) <= most)
         tip = {
@@ -103,13 +94,13 @@ def _nodes(sheet: Sheet, diagnosis: Diagnosis, frame: _Frame) -> None:
     crossed = [each for each in network.junctions if each.id not in road_ends(network)]
     few = len(crossed) <= 150
     for junction in crossed:
-        place = frame.place(np.array([network.position_m[junction.id]]))[0]
+        place = frame.place(network.position_m[junction.id]).tolist()
         sheet.dot(place, 1.7 if few else 1.1, "white", rim=FAINT, rim_width=0.6)
     for node in sorted(diagnosis.ends):
-        place = frame.place(np.array([network.position_m[node]]))[0]
+        place = frame.place(network.position_m[node]).tolist()
         sheet.dot(place, 2.6, "white", rim=INK, rim_width=1.1)
     colours = _colours(diagnosis)
-    places = frame.place(np.array([network.position_m[each.id] for each in network.intersections]))
+    places = frame.place([network.position_m[each.id] for each in network.intersections])
     radius = 9.0 if len(places) <= 40 else 6.0
     labels = apart(places, 2 * radius + 1)
     for place, label in zip(places, labels, strict=True):

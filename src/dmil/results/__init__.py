@@ -13,7 +13,7 @@ from dmil.results.schema import (
     Table,
     schema_markdown,
 )
-from dmil.results.writer import write_results
+from dmil.results.writer import write_recording, write_results
 
 __all__ = [
     "RUNS",
@@ -29,5 +29,6 @@ __all__ = [
     "read_manifest",
     "schema_markdown",
     "write_manifest",
+    "write_recording",
     "write_results",
 ]

@@ -187,11 +187,11 @@ class Table:
     columns
         Its columns in order.
     key
-        Columns that tell its rows apart, and by which they are sorted.
+        Columns that tell its rows apart, and by which they are sorted; none: they stay as they are.
     """
 
     columns: tuple[Column, ...]
-    key: tuple[str, ...]
+    key: tuple[str, ...] = ()
 
     @property
     def schema(self) -> dict[str, pl.DataType]:
@@ -209,11 +209,58 @@ TABLES: dict[str, Table] = {
 """All tables by name; the file of each is its name with the ending .parquet."""
 
 
+_TIME = Column("time_s", _WHOLE, "s", "Time since the run began.", False)
+_WHERE = Column("intersection", _TEXT, "", "Id of the intersection.", False)
+
+RECORDINGS: dict[str, Table] = {
+    "seconds": Table((_SEED, _TIME, *SERIES[-7:-5])),
+    "series": Table((_SEED, *SERIES[-8:])),
+    "flows": Table(
+        (
+            _SEED,
+            _TIME,
+            _WHERE,
+            Column("queue_veh", _WHOLE, "vehicles", "Vehicles that wait before it."),
+            Column("passed_veh", _WHOLE, "vehicles", "Those that have crossed it until then."),
+        )
+    ),
+    "signals": Table(
+        (
+            _SEED,
+            Column("time_s", _WHOLE, "s", "When the phase began, its clearance first.", False),
+            _WHERE,
+            Column("phase", _WHOLE, "", "Number of the new phase, from 0; null for a program."),
+            Column("phase_name", _TEXT, "", "Its name; null where it has none."),
+            Column("from_phase", _WHOLE, "", "Number of the former phase; null for none."),
+            Column("green_from_s", _WHOLE, "s", "When the new phase turned green."),
+            Column("green_before_s", _WHOLE, "s", "How long the former one had been green."),
+            Column(
+                "overruled",
+                _WHOLE,
+                "requests",
+                "Requests that signal timing did not grant since the last event, with this one's.",
+            ),
+        )
+    ),
+    "training": Table(
+        (
+            Column("episode", _WHOLE, "", "Number of the training episode, from 1.", False),
+            Column("decisions", _WHOLE, "decisions", "Decisions, each for all intersections."),
+            *(_METRICS[name] for name in (*EPISODE, "w_over_vc", "arrived_veh")),
+            Column("reward_sum", _REAL, "", "Rewards of all intersections, summed."),
+            Column("epsilon", _REAL, "probability", "Exploration rate after it; null for none."),
+        )
+    ),
+}
+"""Tables of recorded runs by name, rows in the order of time."""
+
+
 def schema_markdown() -> str:
     """Return the documentation of all tables as Markdown."""
+    files = {f"{name}.parquet": table for name, table in TABLES.items()} | RECORDINGS
     lines = [f"Schema version {SCHEMA_VERSION}."]
-    for title, table in TABLES.items():
-        lines += ["", f"### `{title}.parquet`", "", "| column | type | unit | meaning |"]
+    for title, table in files.items():
+        lines += ["", f"### `{title}`", "", "| column | type | unit | meaning |"]
         lines.append("|-|-|-|-|")
         lines += [f"| `{c.name}` | {c.dtype} | {c.unit} | {c.meaning} |" for c in table.columns]
     return "\n".join(lines) + "\n"

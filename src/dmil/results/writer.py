@@ -10,7 +10,7 @@ import polars as pl
 
 from dmil.errors import OutputError
 from dmil.files import write_atomically
-from dmil.results.schema import TABLES, Table
+from dmil.results.schema import RECORDINGS, TABLES, Table
 
 
 def table_file(name: str) -> str:
@@ -46,6 +46,28 @@ def write_results(folder: Path | str, *frames: pl.DataFrame) -> None:
         write_atomically(folder / table_file(name), partial(_write_parquet, made))
 
 
+def write_recording(path: Path, name: str, frame: pl.DataFrame) -> None:
+    """Write a table of recorded runs as Parquet, or as CSV where the file's name says so (ours).
+
+    Parameters
+    ----------
+    path
+        The file.
+    name
+        Which of `dmil.results.schema.RECORDINGS`.
+    frame
+        Its rows, in the order of time.
+
+    Raises
+    ------
+    OutputError
+        A column is missing, unknown or of the wrong type, or the file cannot be written.
+    """
+    table = _conform(frame, RECORDINGS[name], name)
+    as_csv = path.suffix == ".csv"
+    write_atomically(path, table.write_csv if as_csv else partial(_write_parquet, table))
+
+
 def _write_parquet(table: pl.DataFrame, file: Path) -> None:
     # Fixed row groups and compression: the bytes depend on the rows alone.
     table.write_parquet(file, compression="zstd", statistics=True, row_group_size=65_536)
@@ -71,6 +93,8 @@ def _conform(frame: pl.DataFrame, table: Table, name: str) -> pl.DataFrame:
     empty = [c.name for c in columns if not c.nullable and typed[c.name].null_count()]
     if empty:
         raise OutputError(f"columns {empty} have null values", where=f"table '{name}'")
+    if not key:
+        return typed
     ordered = typed.sort(key, nulls_last=False)
     twice = ordered.filter(pl.struct(key).is_duplicated())
     if twice.height:

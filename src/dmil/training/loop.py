@@ -98,6 +98,8 @@ def run(
         if following.time_s >= simulator.horizon_s:
             break
         last_reward = checked_reward(reward, observation, following, network)
+        for each in observers:
+            each.rewarded(last_reward)
         observation = following
     return Run(
         simulator.measures(),

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from dmil.controllers import NO_MEMORY, Controller, MemoryController, MemoryUse
 from dmil.simulation import Observation, Simulator
+
+if TYPE_CHECKING:
+    from dmil.training.loop import Run
 
 Phases = npt.NDArray[np.integer]
 
@@ -50,6 +54,25 @@ class Observer:
             What was asked for.
         seen
             How things stand at its end.
+        """
+
+    def rewarded(self, reward: npt.NDArray[np.float64]) -> None:
+        """Hear the reward of an interval; the last one of a run has none.
+
+        Parameters
+        ----------
+        reward: (intersections,) float64
+        """
+
+    def episode_ended(self, episode: int, result: Run) -> None:
+        """Hear that an episode of a training is over.
+
+        Parameters
+        ----------
+        episode
+            Its number, from 0.
+        result
+            What happened in it.
         """
 
 

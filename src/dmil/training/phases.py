@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 
 from dmil.controllers import Controller, Prior
 from dmil.controllers.tabular.sarsa import SarsaController
@@ -12,6 +12,7 @@ from dmil.scenarios import Scenario
 from dmil.seeding import simulator_seed, stream
 from dmil.simulation import QueueSimulator, Simulator
 from dmil.training.loop import Run, run
+from dmil.training.observers import Observer
 
 DUMMY_EPSILON = 0.1
 """ε_train of the dummy agent (paper, §VI)."""
@@ -65,7 +66,7 @@ def train(
     seed: int,
     *,
     episodes: range,
-    after_episode: Callable[[int, Run], None] | None = None,
+    observers: Sequence[Observer] = (),
     simulator: Simulator | None = None,
 ) -> list[Run]:
     """Let a controller learn over some episodes, each with demand of its own (ours).
@@ -85,8 +86,8 @@ def train(
         Master seed.
     episodes
         Numbers of the episodes, such as ``range(10)``.
-    after_episode
-        Called with the number and the result of each finished episode.
+    observers
+        Who watches the episodes, and hears the end of each.
     simulator
         Simulator of the scenario; the queue simulator by default.
     """
@@ -100,7 +101,10 @@ def train(
         )
         exploration = stream(seed, "training", "episode", episode, "exploration")
         chance = simulator_seed(seed, "training", "episode", episode)
-        results.append(run(simulator, controller, vehicles, reward, exploration, chance))
-        if after_episode:
-            after_episode(episode, results[-1])
+        result = run(
+            simulator, controller, vehicles, reward, exploration, chance, observers=observers
+        )
+        results.append(result)
+        for each in observers:
+            each.episode_ended(episode, result)
     return results

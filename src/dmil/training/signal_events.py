@@ -2,29 +2,19 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
+import polars as pl
 
 from dmil.controllers import Controller
-from dmil.files import write_atomically
 from dmil.network import RoadNetwork
+from dmil.results.schema import RECORDINGS
 from dmil.simulation import Observation, Simulator
 from dmil.training.observers import Observer, Phases
 
-COLUMNS = (
-    "time_s",
-    "intersection",
-    "phase",
-    "phase_name",
-    "from_phase",
-    "green_from_s",
-    "green_before_s",
-    "overruled",
-)
+SCHEMA = {name: kind for name, kind in RECORDINGS["signals"].schema.items() if name != "seed"}
 NONE = -1
 """Phase before the first one, and while an intersection follows a program."""
 
@@ -100,44 +90,29 @@ class EventRecorder(Observer):
         self._phase, self._time_s = seen.phase.copy(), seen.time_s
 
 
-def write_signal_events(file: Path, events: Sequence[SignalEvent], network: RoadNetwork) -> None:
-    """Write events as CSV, one row each, whole or not at all (ours).
-
-    Phases are numbered from 0; a former phase is empty where there was none.
+def signal_table(events: Sequence[SignalEvent], network: RoadNetwork) -> pl.DataFrame:
+    """Return events as ``signals`` of `dmil.results.schema.RECORDINGS`, less the seed (ours).
 
     Parameters
     ----------
-    file
-        Where to.
     events
         In the order of time.
     network
         The roads.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
     """
-
-    def write(unfinished: Path) -> None:
-        with unfinished.open("w", encoding="utf-8", newline="") as text:
-            rows = csv.writer(text, lineterminator="\n")
-            rows.writerow(COLUMNS)
-            for event in events:
-                item = network.intersections[event.intersection]
-                named = 0 <= event.phase < len(item.phase_names)
-                rows.writerow(
-                    (
-                        event.time_s,
-                        item.id,
-                        event.phase if event.phase != NONE else "program",
-                        item.phase_names[event.phase] if named else "",
-                        "" if event.from_phase == NONE else event.from_phase,
-                        event.green_from_s,
-                        event.green_before_s,
-                        event.overruled,
-                    )
-                )
-
-    write_atomically(file, write)
+    rows = []
+    for event in events:
+        item = network.intersections[event.intersection]
+        rows.append(
+            (
+                event.time_s,
+                item.id,
+                None if event.phase == NONE else event.phase,
+                dict(enumerate(item.phase_names)).get(event.phase) or None,
+                None if event.from_phase == NONE else event.from_phase,
+                event.green_from_s,
+                event.green_before_s,
+                event.overruled,
+            )
+        )
+    return pl.DataFrame(rows, schema=SCHEMA, orient="row")

@@ -228,7 +228,7 @@ def test_cityflow_by_folder_and_by_files_in_any_order(tmp_path):
     files = [str(tmp_path / name) for name in ("flow.json", "roadnet.json")]
     assert examine(read_case(files)).traffic == folder.traffic
     assert folder.traffic.vehicles == 21
-    assert folder.case.lanes_from_left
+    assert folder.case.network.lanes_from_left
     assert [path.name for path in folder.case.files] == ["roadnet.json", "flow.json"]
     assert folder.intersections[0].program_kind == "fixed"
     alone = examine(read_case(files[1:]))
@@ -335,6 +335,6 @@ def test_shapes_that_are_no_places_reach_no_text(doctor, attached, tmp_path):
     path = tmp_path / "odd.net.xml"
     path.write_text(re.sub(r'(<lane .*?shape=")', r"\1nan,nan inf,3 ", attached.read_text()))
     diagnosis = doctor(path)
-    points = [point for line in diagnosis.case.lines.values() for point in line]
+    points = [point for line in diagnosis.case.network.line_m.values() for point in line]
     assert np.isfinite(points).all()
     assert [each.name for each in diagnosis.intersections[0].approaches] == ["E", "N", "W", "S"]

@@ -7,28 +7,27 @@ import numpy as np
 import pytest
 
 from dmil.doctor import examine, read_case
-from dmil.reports import specification
-from dmil.reports.crossing import LANE_M, Crossing
-from dmil.reports.intersection_chart import intersection_chart
-from dmil.reports.network_chart import MOST_LISTED, SHAPE_COLOURS, apart, network_chart
-from dmil.reports.paths import (
+from dmil.network.geometry import LANE_M, RoadGeometry
+from dmil.network.lines import (
+    along,
     beginning,
-    bend,
+    bend_into,
     beside,
     direction,
-    ending,
+    heading,
     inside,
+    length_of,
     without_end,
     without_repeats,
 )
+from dmil.reports import specification
+from dmil.reports.crossing import Crossing
+from dmil.reports.intersection_chart import intersection_chart
+from dmil.reports.network_chart import MOST_LISTED, SHAPE_COLOURS, apart, network_chart
 from dmil.reports.sheet import Sheet, shortened, text_width
 from tests.unit.network.conftest import generate  # noqa: F401  a fixture
 
 CORNER = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0]])
-
-
-def length(points):
-    return np.hypot(*np.diff(points, axis=0).T).sum()
 
 
 # Lines
@@ -53,10 +52,17 @@ def test_repeated_points_are_left_out():
 
 def test_parts_of_a_line():
     assert beginning(CORNER, 12.0) == pytest.approx(np.array([[0, 0], [10, 0], [10, 2]]))
-    assert ending(CORNER, 12.0) == pytest.approx(np.array([[8, 0], [10, 0], [10, 10]]))
     assert beginning(CORNER, 99.0) == pytest.approx(CORNER)
-    assert length(without_end(CORNER, 5.0)) == pytest.approx(15.0)
-    assert length(without_end(CORNER, 99.0)) == pytest.approx(2.0)
+    assert length_of(without_end(CORNER, 5.0)) == pytest.approx(15.0)
+    assert length_of(without_end(CORNER, 99.0)) == pytest.approx(2.0)
+
+
+def test_what_lies_along_a_line():
+    place, rad = along(CORNER, np.array([0.0, 4.0, 13.0, 20.0, 21.0]))
+    assert place == pytest.approx(np.array([[0, 0], [4, 0], [10, 3], [10, 10], [10, 11]]))
+    assert rad == pytest.approx(np.array([0, 0, 1, 1, 1]) * np.pi / 2)
+    assert heading(()) == 0.0
+    assert heading(((0, 0), (5, 0), (5, 100))) == pytest.approx(np.arctan2(15, 5))
 
 
 def test_what_is_inside_of_a_box():
@@ -70,7 +76,8 @@ def test_what_is_inside_of_a_box():
 
 def test_a_bend_keeps_the_directions_at_its_ends():
     east, north = np.array([1.0, 0.0]), np.array([0.0, 1.0])
-    curve = bend(np.zeros(2), east, np.array([9.0, 9.0]), north, 4.0)
+    start, goal = np.array([[-5.0, 0.0], [0.0, 0.0]]), np.array([[9.0, 9.0], [9.0, 14.0]])
+    curve = bend_into(start, goal, 0.5)
     assert curve[[0, -1]] == pytest.approx(np.array([[0, 0], [9, 9]]))
     assert direction(curve, at_end=False) @ east > 0.98
     assert direction(curve, at_end=True) @ north > 0.98
@@ -115,7 +122,6 @@ def texts(chart):
 
 def test_the_picture_of_a_network_names_intersections_and_shapes(mixed_network):
     case = replace(read_case(["grid:2x3"]), network=mixed_network, demand=None)
-    case = replace(case, lines={link.id: case.lines[link.id] for link in mixed_network.links})
     chart = network_chart(examine(case))
     chart.to_dict(validate=True)
     words = texts(chart)
@@ -156,7 +162,7 @@ def test_marks_of_intersections_do_not_overlap():
 
 def crossing(name="grid:1x1"):
     case = read_case([name])
-    return Crossing(case, case.network.intersections[0]), case.network.intersections[0]
+    return Crossing(case.network, case.network.intersections[0]), case.network.intersections[0]
 
 
 def test_ways_lead_from_stop_lines_into_lanes_and_do_not_cross_for_right_turns():
@@ -178,17 +184,16 @@ def test_lanes_lie_beside_each_other_on_the_right_of_the_road():
 
 
 def test_lanes_may_be_counted_from_the_left():
-    case = replace(read_case(["grid:1x1"]), lanes_from_left=True)
-    ground = Crossing(case, case.network.intersections[0])
+    network = replace(read_case(["grid:1x1"]).network, lanes_from_left=True)
+    ground = Crossing(network, network.intersections[0])
     x = [ground.stops["S0>0,0", lane].mean(axis=0)[0] for lane in range(3)]
     assert x == pytest.approx([0.5 * LANE_M, 1.5 * LANE_M, 2.5 * LANE_M])
 
 
 def test_left_hand_traffic_is_mirrored(generate):  # noqa: F811
     net = generate("--grid", "--grid.number", "2", "-j", "traffic_light", "--lefthand")
-    case = read_case([str(net)])
-    assert Crossing(case, case.network.intersections[0]).side == -1
-    assert crossing()[0].side == 1
+    assert RoadGeometry(read_case([str(net)]).network).side == -1
+    assert crossing()[0].geometry.side == 1
 
 
 @pytest.mark.parametrize("name", ["resco/cologne3", "resco/ingolstadt21", "resco/grid4x4"])
@@ -215,7 +220,7 @@ def test_lanes_lead_into_lanes_of_their_own_where_a_road_ends(generate):  # noqa
     )
     case = read_case([str(net)])
     item = next(each for each in case.network.intersections if each.id == "C0")
-    ground = Crossing(case, item)
+    ground = Crossing(case.network, item)
     found = {
         (movement.from_link, movement.to_link): [way[-1] for way in ways]
         for movement, ways in zip(item.movements, ground.ways, strict=True)

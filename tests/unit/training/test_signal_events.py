@@ -1,7 +1,5 @@
 """What the signals did: events, and the mean cycle that follows from them."""
 
-import csv
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,7 @@ from dmil.scenarios import SignalTiming, scenario
 from dmil.simulation import QueueSimulator
 from dmil.training import evaluate, vehicles_of_seed
 from dmil.training.mean_cycle import LONGEST_GREEN_S, SHORT_GREEN_S, mean_cycles
-from dmil.training.signal_events import COLUMNS, EventRecorder, SignalEvent, write_signal_events
+from dmil.training.signal_events import EventRecorder, SignalEvent, signal_table
 
 ONE = grid(1, 1)
 
@@ -55,19 +53,13 @@ def test_what_was_not_granted_is_counted_until_the_next_change():
     ]
 
 
-def test_the_file_has_one_row_per_event(tmp_path):
-    file = tmp_path / "signals.csv"
-    write_signal_events(file, record([0, 2], clearance_s=3), ONE)
-    rows = list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
-    assert tuple(rows[0]) == COLUMNS
-    assert rows[0]["from_phase"] == ""
-    assert [rows[1][name] for name in ("time_s", "intersection", "phase", "from_phase")] == [
-        "10",
-        ONE.intersections[0].id,
-        "2",
-        "0",
-    ]
-    assert (rows[1]["green_from_s"], rows[1]["green_before_s"]) == ("13", "10")
+def test_the_table_has_one_row_per_event():
+    first, second = signal_table(record([0, 2], clearance_s=3), ONE).rows(named=True)
+    assert (first["from_phase"], first["phase"]) == (None, 0)
+    assert (second["time_s"], second["intersection"]) == (10, ONE.intersections[0].id)
+    assert (second["phase"], second["from_phase"]) == (2, 0)
+    assert (second["green_from_s"], second["green_before_s"]) == (13, 10)
+    assert second["phase_name"] == ONE.intersections[0].phase_names[2]
 
 
 def cycle(wanted, **window):

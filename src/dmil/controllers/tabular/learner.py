@@ -85,6 +85,8 @@ class TabularLearner(ABC):
     FOUND_IN: ClassVar[tuple[str, ...]]
     """Where a state may be found, "unseen" first: names of what kernels count."""
     settings: LearnerSettings
+    epsilon: float
+    """Chance of a random action at the next decision."""
 
     def __init__(self, settings: LearnerSettings, prior: Prior | None) -> None:
         self.settings = settings
@@ -119,7 +121,7 @@ class TabularLearner(ABC):
         self._classes = classes_of(network, self._embedding)
         self._phase_count = self._classes.phase_count[agents.shape]
         self._scratch = make_scratch(self._classes)
-        self._rng, self._epsilon = situation.rng, self.settings.epsilon
+        self._rng, self.epsilon = situation.rng, self.settings.epsilon
         self._meetings = Meetings(self.settings, len(agents.signatures))
         self._post = Post(self.settings.message_loss * self._communicates, situation.rng)
         # What is under way at the end of a run is lost.
@@ -153,7 +155,7 @@ class TabularLearner(ABC):
             draws=self._rng.random((count, DRAWS)),
             fallback=self._fallback(observation),
             asks_nearest=settings.unseen == "nearest",
-            epsilon=self._epsilon,
+            epsilon=self.epsilon,
             learning_rate=settings.learning_rate,
             discount=settings.discount,
             learns=settings.learning and reward is not None,
@@ -162,7 +164,7 @@ class TabularLearner(ABC):
         )
         self._take(step)
         self._key_before, self._key, self._action = step.key_before, step.key, step.action
-        self._epsilon *= settings.epsilon_decay
+        self.epsilon *= settings.epsilon_decay
         if self._communicates:
             self._communicate(observation.time_s)
         return step.action

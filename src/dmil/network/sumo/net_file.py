@@ -10,8 +10,9 @@ from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 from dmil.errors import MissingExtraError, NetworkError
+from dmil.network.lines import Point
 from dmil.network.permissions import ALL_CLASSES, MOTOR_CLASSES, Classes, Permissions, permitted
-from dmil.network.sumo.net_records import Connection, CrossingRecord, Edge, NetFile, Point
+from dmil.network.sumo.net_records import Connection, CrossingRecord, Edge, NetFile
 from dmil.network.sumo.signal_programs import SignalPrograms
 from dmil.network.xml_file import XmlWalk
 
@@ -70,6 +71,7 @@ def read_net_file(
         },
         added_programs_xml=guard.programs.added_xml,
         crossings=tuple(guard.crossings(net)),
+        left_hand=guard.left_hand,
     )
 
 
@@ -81,6 +83,7 @@ class _Guard:
     reader: Any
     programs: SignalPrograms
     walk: XmlWalk | None = None
+    left_hand: bool = False
     junction: str = ""
     lanes_into: dict[str, list[str]] = field(default_factory=dict)
     junction_type: dict[str, str] = field(default_factory=dict)
@@ -140,7 +143,9 @@ class _Guard:
         self.reader.endElement(name)
 
     def _prepare(self, name: str, attributes: dict[str, str]) -> None:
-        if name == "edge":
+        if name == "net":
+            self.left_hand = attributes.get("lefthand") in ("true", "1", "yes", "on")
+        elif name == "edge":
             self._crossing = attributes["id"] if attributes.get("function") == "crossing" else ""
         elif name == "lane" and self._crossing:
             self._length_m[self._crossing] = float(attributes["length"])

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from dmil.network.lines import Line, Point
 from dmil.network.permissions import Classes, Permissions
-
-Point = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +21,7 @@ class Edge:
     length_m: float
     speed_m_per_s: float
     lanes: int
-    shape: tuple[Point, ...]
+    shape: Line
     permitted: tuple[Classes, ...]
 
 
@@ -148,6 +147,8 @@ class NetFile:
         Programs and timetables of additional files, as XML elements without a root element.
     crossings
         Those of pedestrians that a controller stops.
+    left_hand
+        Whether traffic keeps to the left.
     """
 
     path: str
@@ -161,3 +162,4 @@ class NetFile:
     foreign: dict[str, str]
     added_programs_xml: str
     crossings: tuple[CrossingRecord, ...] = ()
+    left_hand: bool = False

@@ -11,6 +11,7 @@ from typing import Literal
 
 from dmil.errors import InputError, NetworkError
 from dmil.network.checks import check_network
+from dmil.network.lines import Point
 from dmil.network.model import Intersection, Junction, Link, RoadNetwork
 from dmil.network.naming import phase_name
 from dmil.network.permissions import (
@@ -19,7 +20,7 @@ from dmil.network.permissions import (
     makes_no_difference,
 )
 from dmil.network.sumo.net_file import read_net_file
-from dmil.network.sumo.net_records import Connection, Logic, NetFile, Point
+from dmil.network.sumo.net_records import Connection, Logic, NetFile
 from dmil.network.sumo.plan import plan_of
 from dmil.network.sumo.records import Remark, SumoNetwork, SumoSignals
 from dmil.network.sumo.suspicions import remarks_on
@@ -146,6 +147,8 @@ def _read(file: NetFile, vehicles: ClassCounts | None, *, derive: bool) -> SumoN
             if node not in controlled
         ),
         permissions=file.permissions,
+        line_m={edge.id: edge.shape for edge in file.edges.values() if edge.shape},
+        left_hand=file.left_hand,
     )
     check_network(network, where=path)
     return SumoNetwork(Path(path), network, tuple(signals), tuple(remarks), file, derive)

@@ -7,10 +7,11 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from dmil.network.lines import heading
 from dmil.network.model import TURNS, Movement, Turn
 from dmil.network.naming import approach_names, order_counter_clockwise
 from dmil.network.permissions import ClassCounts, driven
-from dmil.network.sumo.net_records import Connection, Edge, NetFile, Point
+from dmil.network.sumo.net_records import Connection, Edge, NetFile
 
 _TURN: dict[str, Turn] = {
     "r": "right",
@@ -21,8 +22,6 @@ _TURN: dict[str, Turn] = {
     "t": "uturn",
     "T": "uturn",
 }
-_LOOK_M = 20.0
-"""How far along a road its direction is taken: the last metres of a real one may be crooked."""
 
 Pairs = frozenset[tuple[int, int]]
 Groups = tuple[tuple[Connection, ...], ...]
@@ -223,21 +222,3 @@ def _turn(ways: list[Connection]) -> Turn:
     """Return the turn of most lanes; directions that SUMO does not know count as straight."""
     turns = Counter(_TURN.get(way.direction, "straight") for way in ways)
     return max(TURNS, key=lambda turn: turns[turn])
-
-
-def heading(shape: tuple[Point, ...]) -> float:
-    """Return the angle, counter-clockwise from East, in which a line begins."""
-    if not shape:
-        return 0.0
-    here, end, left_m = shape[0], shape[0], _LOOK_M
-    for point in shape[1:]:
-        step_m = math.dist(end, point)
-        if step_m >= left_m:
-            share = left_m / step_m
-            end = (
-                end[0] + share * (point[0] - end[0]),
-                end[1] + share * (point[1] - end[1]),
-            )
-            break
-        end, left_m = point, left_m - step_m
-    return math.atan2(end[1] - here[1], end[0] - here[0])

@@ -18,11 +18,8 @@ from dmil.experiments.trial import (
     Row,
     TrialResult,
     columns_of,
-    episode_row,
     measures_row,
-    series_rows,
 )
-from dmil.results.metrics import EPISODE
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
 from dmil.simulation import QueueSimulator
@@ -30,7 +27,9 @@ from dmil.studies.memories.cells import Cell
 from dmil.studies.memories.overtaking import decisions_until_better
 from dmil.studies.memories.plan import REFERENCE, MemoriesUnit, is_trained, learns, options_of
 from dmil.studies.memories.settings import MemoriesStudySettings
-from dmil.training import Run, evaluate, train, vehicles_of_seed
+from dmil.training import evaluate, train, vehicles_of_seed
+from dmil.training.episodes import EpisodeRecorder
+from dmil.training.recording import series_rows
 
 SERIES_EVERY_S = 60
 """The course of a run is kept at about this distance."""
@@ -52,14 +51,7 @@ def run_unit(settings: MemoriesStudySettings, unit: MemoriesUnit) -> TrialResult
     result = TrialResult(unit, [], [])
     reward = make_reward(identity["reward"] or settings.reward)
     phase, started = "training", time.perf_counter()
-    episodes: list[Run] = []
-
-    def keep(number: int, run: Run) -> None:
-        episodes.append(run)
-        result.episodes.append(
-            identity | {"trained_in": SIMULATOR} | episode_row(number, run, *EPISODE)
-        )
-
+    watched = EpisodeRecorder()
     try:
         controller = make_controller(unit.controller.name, options_of(settings, unit.controller))
         if trained:
@@ -70,7 +62,7 @@ def run_unit(settings: MemoriesStudySettings, unit: MemoriesUnit) -> TrialResult
                 reward,
                 unit.seed,
                 episodes=numbers,
-                after_episode=keep,
+                observers=[watched],
                 simulator=simulator,
             )
         training_wall_s = time.perf_counter() - started
@@ -78,14 +70,19 @@ def run_unit(settings: MemoriesStudySettings, unit: MemoriesUnit) -> TrialResult
         vehicles = _vehicles(unit.cell, settings.horizon_s, settings.data, unit.seed)
         run = evaluate(simulator, controller, vehicles, reward, unit.seed)
     except Exception as error:
-        where = f"episode {len(episodes)} of the training" if phase == "training" else "the test"
+        where = (
+            f"episode {len(watched.rows)} of the training" if phase == "training" else "the test"
+        )
         result.runs.append(row | {"status": f"{type(error).__name__}: {error} (in {where})"})
         return result
+    finally:
+        trained_in = {"trained_in": SIMULATOR}
+        result.episodes.extend(identity | trained_in | row for row in watched.study_rows())
     if learns(unit.controller):
         count = settings.episodes if trained else 0
         courses = _reference_courses(unit.cell, settings.horizon_s, settings.data, unit.seed, count)
         row["decisions_until_better"] = decisions_until_better(
-            [each.measures.queued_at for each in (*episodes, run)],
+            [each.measures.queued_at for each in (*watched.runs, run)],
             courses,
             made.timing.decision_interval_s,
         )

@@ -10,7 +10,7 @@ from typing import Any
 from dmil.controllers import Controller, Prior, make_controller
 from dmil.controllers.variants import read_options
 from dmil.demand import Vehicles
-from dmil.experiments.trial import SIMULATOR, Row, TrialResult, measures_row, series_rows
+from dmil.experiments.trial import SIMULATOR, Row, TrialResult, measures_row
 from dmil.rewards import PAPER_CONSTANTS, Reward, make_reward
 from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
@@ -18,6 +18,7 @@ from dmil.simulation import QueueSimulator
 from dmil.studies.paper.plan import Architecture, Block, architectures, training_s, variants
 from dmil.studies.paper.settings import PaperStudySettings
 from dmil.training import evaluate, train_prior, vehicles_of_seed
+from dmil.training.recording import series_rows
 
 
 def run_block(

@@ -13,9 +13,7 @@ from dmil.experiments.contender import frozen_copy
 from dmil.experiments.trial import (
     Row,
     TrialResult,
-    episode_row,
     measures_row,
-    series_rows,
 )
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario, scenario
@@ -24,9 +22,9 @@ from dmil.scenarios.demand_changes import resampled
 from dmil.simulation import Simulator, make_simulator
 from dmil.studies.resco.plan import ContenderUnit
 from dmil.studies.resco.settings import CALIBRATED, RescoStudySettings
-from dmil.training import Run, evaluate, train, vehicles_of_seed
-
-EPISODE = ("delay_s", "travel_time_s", "wait_per_spawned_s", "entries_per_agent")
+from dmil.training import evaluate, train, vehicles_of_seed
+from dmil.training.episodes import EpisodeRecorder
+from dmil.training.recording import series_rows
 
 
 def run_unit(settings: RescoStudySettings, folder: str, unit: ContenderUnit) -> TrialResult:
@@ -61,9 +59,7 @@ def run_unit(settings: RescoStudySettings, folder: str, unit: ContenderUnit) -> 
         for name in unit.simulators(settings):
             result.runs.append(row | {"simulator": name, "status": status})
         return result
-    for number, each in enumerate(episodes):
-        measured = episode_row(number, each, *EPISODE)
-        result.episodes.append(identity | {"trained_in": trained_in} | measured)
+    result.episodes.extend(identity | {"trained_in": trained_in} | row for row in episodes)
     vehicles = vehicles_of_seed(_day(settings, made), unit.seed)
     for name in unit.simulators(settings):
         here: Row = {"simulator": name}
@@ -112,24 +108,29 @@ def _simulator(
 
 def _ready(
     settings: RescoStudySettings, folder: str, unit: ContenderUnit, made: Scenario
-) -> tuple[Controller, list[Run]]:
+) -> tuple[Controller, list[Row]]:
     """Return the controller that is judged, learners trained and frozen, and its training."""
     if not unit.learns:
         return make_controller(unit.controller), []
     options = _options(settings, unit)
     learner = make_controller(unit.controller, options)
     assert isinstance(learner, MemoryController)
-    runs = train(
+    watched = EpisodeRecorder()
+    train(
         made,
         learner,
         make_reward(settings.reward),
         unit.seed,
         episodes=range(settings.episodes),
+        observers=[watched],
         simulator=_simulator(
             settings, folder, unit.scenario, settings.training_simulator, judging=False
         ),
     )
-    return frozen_copy(learner, made.network, Variant(unit.controller, options)), runs
+    # This study has never kept these two.
+    unknown = {"mean_queue_veh": None, "bytes_total": None}
+    frozen = frozen_copy(learner, made.network, Variant(unit.controller, options))
+    return frozen, [row | unknown for row in watched.study_rows()]
 
 
 def _options(settings: RescoStudySettings, unit: ContenderUnit) -> dict[str, object]:

@@ -210,7 +210,7 @@ def test_a_run_that_diverges_is_a_row_that_says_where(monkeypatch):
     )
     unit = units(settings)[0]
 
-    def train(*_, after_episode, **__):
+    def train(*_, observers, **__):
         raise DivergedError("sarsa", "values are", 70)
 
     monkeypatch.setattr(units_module, "train", train)

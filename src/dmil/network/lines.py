@@ -1,13 +1,20 @@
-"""Lines through points: moved aside, cut, bent."""
+"""Lines through points: moved aside, cut, bent, and what lies where along them."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
 Points = npt.NDArray[np.float64]
+Point = tuple[float, float]
+Line = tuple[Point, ...]
+
+LOOK_M = 20.0
+"""How far along a road its direction is taken: the last metres of a real one may be crooked."""
 
 
 def beside(points: Points, distance: float) -> Points:
@@ -72,18 +79,6 @@ def beginning(points: Points, length: float) -> Points:
     return points
 
 
-def ending(points: Points, length: float) -> Points:
-    """Return the last part of a line.
-
-    Parameters
-    ----------
-    points: (points, 2) float64
-    length
-        How much of it; all if it is shorter.
-    """
-    return beginning(points[::-1], length)[::-1]
-
-
 def without_end(points: Points, length: float) -> Points:
     """Return a line less its last part, but at least a tenth of it.
 
@@ -93,7 +88,7 @@ def without_end(points: Points, length: float) -> Points:
     length
         How much to leave out.
     """
-    whole = float(np.hypot(*np.diff(points, axis=0).T).sum())
+    whole = length_of(points)
     return beginning(points, max(whole - length, 0.1 * whole))
 
 
@@ -131,24 +126,6 @@ def _cut(here: Points, there: Points, low: Points, high: Points) -> tuple[Points
     return (here + begin * way, here + end * way) if begin < end else None
 
 
-def bend(start: Points, ahead: Points, end: Points, onward: Points, reach: float) -> Points:
-    """Return a smooth way from one direction into another.
-
-    Parameters
-    ----------
-    start, end: (2,) float64
-    ahead, onward: (2,) float64
-        Unit vectors along the way at its start and its end.
-    reach
-        How far it follows each of them.
-    """
-    t = np.linspace(0.0, 1.0, 17)[:, None]
-    one, other = start + ahead * reach, end - onward * reach
-    return np.asarray(
-        (1 - t) ** 3 * start + 3 * (1 - t) ** 2 * t * one + 3 * (1 - t) * t**2 * other + t**3 * end
-    )
-
-
 def direction(points: Points, *, at_end: bool) -> Points:
     """Return the unit vector along a line at one of its ends.
 
@@ -160,3 +137,88 @@ def direction(points: Points, *, at_end: bool) -> Points:
     """
     way = points[-1] - points[-2] if at_end else points[1] - points[0]
     return np.asarray(way / max(float(np.hypot(*way)), 1e-9))
+
+
+def bend_into(start: Points, goal: Points, least: float, beyond: float = 0.0) -> Points:
+    """Return a smooth way from the end of one line to the beginning of another.
+
+    Parameters
+    ----------
+    start, goal: (points, 2) float64
+    least
+        How far it at least follows each of them.
+    beyond
+        How far it goes on along the goal.
+    """
+    first, last = start[-1], goal[0]
+    reach = max(0.4 * math.dist(first, last), least)
+    onward = direction(goal, at_end=False)
+    ahead, back = first + direction(start, at_end=True) * reach, last - onward * reach
+    t = np.linspace(0.0, 1.0, 17)[:, None]
+    way = (1 - t) ** 3 * first + 3 * (1 - t) ** 2 * t * ahead
+    way = np.asarray(way + 3 * (1 - t) * t**2 * back + t**3 * last)
+    return np.vstack([way, way[-1] + onward * beyond]) if beyond else way
+
+
+def length_of(points: Points) -> float:
+    """Return the length of a line."""
+    return float(np.hypot(*np.diff(points, axis=0).T).sum())
+
+
+def along(points: Points, distance: Points) -> tuple[Points, Points]:
+    """Return what lies at some distances along a line.
+
+    Parameters
+    ----------
+    points: (points, 2) float64
+    distance: (places,) float64
+        From its beginning; beyond its ends, as if it went on straight.
+
+    Returns
+    -------
+    place: (places, 2) float64
+    heading: (places,) float64
+        Radians, counter-clockwise from East.
+    """
+    step = np.diff(points, axis=0)
+    size = np.hypot(step[:, 0], step[:, 1])
+    begin = np.cumsum(size) - size
+    k = np.clip(np.searchsorted(begin, distance, side="right") - 1, 0, len(step) - 1)
+    share = (distance - begin[k]) / np.maximum(size[k], 1e-9)
+    return points[k] + step[k] * share[:, None], np.arctan2(step[k, 1], step[k, 0])
+
+
+def heading(line: Sequence[Point]) -> float:
+    """Return the angle, counter-clockwise from East, in which a line begins; 0 for no points."""
+    if not line:
+        return 0.0
+    here, end, left_m = line[0], line[0], LOOK_M
+    for point in line[1:]:
+        step_m = math.dist(end, point)
+        if step_m >= left_m:
+            share = left_m / step_m
+            end = (
+                end[0] + share * (point[0] - end[0]),
+                end[1] + share * (point[1] - end[1]),
+            )
+            break
+        end, left_m = point, left_m - step_m
+    return math.atan2(end[1] - here[1], end[0] - here[0])
+
+
+def hull(points: Points) -> Points:
+    """Return the corners of the smallest convex area around points, in order."""
+
+    def half(ordered: list[tuple[float, float]]) -> list[tuple[float, float]]:
+        kept: list[tuple[float, float]] = []
+        for x, y in ordered:
+            while len(kept) > 1:
+                (ax, ay), (bx, by) = kept[-2:]
+                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0:
+                    break
+                kept.pop()
+            kept.append((x, y))
+        return kept[:-1]
+
+    ordered = sorted({(float(x), float(y)) for x, y in points})
+    return np.array([*half(ordered), *half(ordered[::-1])])
