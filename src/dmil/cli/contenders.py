@@ -30,7 +30,7 @@ BASELINES = (
 )
 """What stands beside a network's own plan: what is hard to beat, and needs no training."""
 REFERENCES = ("program", REFERENCE, "max-pressure,approaching=true")
-"""Whom differences are taken to if nobody is named: the first that is there."""
+"""Default references for paired differences: the first that is available."""
 
 
 def baselines_of(scenario: Scenario, simulator: str) -> tuple[str, ...]:

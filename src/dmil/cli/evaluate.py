@@ -1,4 +1,4 @@
-"""``dmil evaluate``: controllers and policies side by side, on the same vehicles."""
+"""``dmil evaluate``: compare controllers and policies on the same vehicles."""
 
 from __future__ import annotations
 
@@ -52,43 +52,46 @@ class EvaluateParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
     """A comparison."""
 
     controller: tuple[ControllerChoice, ...] = Field(
-        (), description="Controller to judge; may be repeated."
+        (), description="Controller to evaluate; may be repeated."
     )
-    policy: tuple[Path, ...] = Field((), description="Policy to judge; may be repeated.")
+    policy: tuple[Path, ...] = Field((), description="Policy to evaluate; may be repeated.")
     tuned: tuple[Path, ...] = Field(
-        (), description="Controller to judge with what dmil tune chose for it; may be repeated."
+        (), description="Controller to evaluate with the options from dmil tune; may be repeated."
     )
     changes: dict[str, Any] = Field(
-        {}, description="Settings that go over those of all judged controllers and policies."
+        {}, description="Settings that override those of all evaluated controllers and policies."
     )
     seeds: int = Field(10, ge=1, description="Number of test seeds.")
-    seed: int = Field(0, ge=0, le=LARGEST_SEED, description="First of the seeds.")
+    seed: int = Field(0, ge=0, le=LARGEST_SEED, description="First seed.")
     baselines: bool = Field(
         True,
-        description="Put the own plan, actuated control (in SUMO), longest-queue-first and "
-        "max-pressure with approaching, factored and lookahead beside; on grids fixed-cycle, "
-        "longest-queue-first and max-pressure.",
+        description="Add the network's own plan, actuated control (in SUMO), longest-queue-first "
+        "and max-pressure with approaching vehicles, factored and lookahead; on grids "
+        "fixed-cycle, longest-queue-first and max-pressure.",
     )
     reference: str | None = Field(
         None,
-        description="Whom differences are taken to: a controller, put beside if it is not yet, or "
-        "the file name of a policy; by default the network's own plan, or max-pressure.",
+        description="Reference for paired differences: a controller, added if missing, or the "
+        "file name of a policy; by default the network's own plan, or max-pressure.",
     )
     learn: bool = Field(
-        False, description="Let learners go on learning and exploring during the test."
+        False, description="Let learners keep learning and exploring during the test."
     )
     epsilon: float | None = Field(
         None,
         ge=0,
         le=1,
-        description="Chance of a random action; by default 0 when frozen, else the learner's own.",
+        description="Probability of a random action; by default 0 when frozen, else the learner's "
+        "own.",
     )
     report: Path | None = Field(
-        None, description="Write the comparison as a page (.html) with a picture of the network."
+        None, description="Write the comparison as a page (.html) with a map of the network."
     )
-    csv: Path | None = Field(None, description="Write the values of every seed, one row a run.")
+    csv: Path | None = Field(None, description="Write the values of every seed, one row per run.")
     jobs: int | None = Field(
-        None, ge=1, description="Parallel processes; by default one per core. Same results."
+        None,
+        ge=1,
+        description="Parallel processes; by default one per core. Results do not change.",
     )
 
     @field_validator("controller", mode="before")
@@ -140,21 +143,22 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
         dmil evaluate --scenario grid:3x3 --controller max-pressure,approaching=true
         dmil evaluate --scenario grid:3x3 --controller mine:MyController
 
-    In each seed all controllers meet the same vehicles. First comes what to use, then who had how
-    much delay: mean, median, interquartile mean (IQM) and worst seed, and the paired difference to
-    --reference with its 95 % bootstrap interval: one wholly below 0 means less than the reference.
-    "program" is the network's own plan. Travel time runs from departure to arrival, delay is what
-    of it was lost against driving freely, W is the part spent in queues, all in s per vehicle.
+    In each seed all controllers meet the same vehicles. The recommendation comes first, then
+    delays: mean, median, interquartile mean (IQM) and worst seed, and the paired difference from
+    --reference with its 95 % bootstrap interval: wholly below 0 means less than the reference.
+    "program" is the network's own plan. Travel time runs from departure to arrival, delay is the
+    part lost against free flow, W the part spent in queues, all in s per vehicle. Recorded vehicles
+    are one day, the same in every seed: --resample draws similar days.
 
-    Recorded vehicles are one day, the same in every seed: --resample makes days like it.
-
-    A policy, or a controller that learns, is frozen by default: it does not learn, and always takes
-    the action it holds best (ε = 0). Then the seeds tell how good what it has learned is. Factored
-    and lookahead memory need no training: they learn from the first second.
+    Policies and learning controllers are frozen by default: they do not learn and always take the
+    action with the highest value (ε = 0). The seeds then show how good the learned policy is.
+    Factored and lookahead memory need no training: they learn from the first second.
     """
     judged = settings.policy or settings.controller or settings.tuned
     if not judged and not settings.baselines:
-        raise InputError("nobody to judge", where="evaluate", mend="add --controller or --policy")
+        raise InputError(
+            "nothing to evaluate", where="evaluate", mend="add --controller or --policy"
+        )
     policies = [load_policy(path) for path in settings.policy]
     recipe = with_scenario_of(settings, policies[0] if policies else None)
     scenario = built(recipe)
@@ -178,7 +182,7 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
                 progress=advance,
             )
     except KeyboardInterrupt:
-        raise StoppedError("nothing is kept of a comparison") from None
+        raise StoppedError("no results of a comparison are kept") from None
     found = replace(found.ranked(METRIC), withheld=unfair(scenario, found.labels))
     notes = notes_of(settings, found, scenario, _others(recipe, policies, settings))
     seed_text = f"{len(seeds)} seeds" if len(seeds) > 1 else f"seed {seeds[0]}"
@@ -216,7 +220,7 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
 def _others(
     recipe: ScenarioRecipe, policies: list[Policy], settings: EvaluateParameters
 ) -> list[str]:
-    """Name the policies that were trained on other roads or demand than they are judged on."""
+    """Name the policies that were trained on other networks or demand than evaluated here."""
     ours = recipe.model_dump(mode="json", exclude_none=True)
     found = []
     for path, policy in zip(settings.policy, policies, strict=True):

@@ -24,8 +24,8 @@ SMALL: dict[str, Any] = {
 }
 """What --small sets unless it is given."""
 NO_CITIES = (
-    "Recorded cities are left out: no folder of data was given. Add --data DIR, or set "
-    f"{DATA_VARIABLE}, to a folder with a folder per city in CityFlow's format."
+    "Recorded cities are left out, since no data folder was given. Add --data DIR, or set "
+    f"{DATA_VARIABLE}, to a folder with one folder per city in CityFlow format."
 )
 
 
@@ -33,14 +33,14 @@ class MemoriesParameters(MemoriesStudySettings, RunningParameters):
     """The study of memories, and how it is run here."""
 
     small: bool = Field(
-        False, description="A trial of minutes: three cells, five seeds, runs of 20 minutes."
+        False, description="A quick trial: three cases, five seeds, runs of 20 minutes."
     )
     tuned_in: Path | None = Field(
-        None, description="Folder of dmil tune: controllers run with what was chosen for them."
+        None, description="Folder of dmil tune: controllers use the options chosen there."
     )
     out: Path = Field(
         Path("memories"),
-        description="Folder for results and report; a study begun there continues.",
+        description="Folder for results and report; a study started there is resumed.",
     )
 
     @property
@@ -92,13 +92,13 @@ def memories(settings: MemoriesParameters, json: bool) -> None:
     """Run the study of memories: every controller, on grids and cities, under one protocol.
 
     Rules without memory, the memories that the paper names (SARSA, dual memory, replay, episodic
-    control, pattern maps, team values), factored memory and look-ahead, on one, nine and 25
-    intersections at several loads, and on recorded cities. Those that need it are trained on
+    control, pattern maps, team values), factored memory and lookahead, on one, nine and 25
+    intersections at several loads, and on recorded cities. Learners that need it are trained on
     vehicles that no test uses; then all meet the same vehicles in the same seed.
 
-    The number compared is W: the mean time that a vehicle waits, in s, in an hour. Lower is better.
-    Differences are paired, with 95 % intervals over seeds. Beside it: what a memory takes, in
-    bytes and in time, and how many decisions pass until it is better than max-pressure.
+    The metric is W: the mean wait per vehicle, in s, over an hour. Lower is better. Differences are
+    paired, with 95 % intervals over seeds. Also: the bytes and time that a memory takes, and the
+    decisions until it outperforms max-pressure.
 
     For example:
         dmil study memories --data data
@@ -106,8 +106,8 @@ def memories(settings: MemoriesParameters, json: bool) -> None:
         dmil study memories --controllers factored,max-pressure,max-pressure,approaching=true
         dmil study memories --small --out trial
 
-    Ctrl-C keeps what is finished; the same command continues. All results but the times are the
-    same bytes however many processes run.
+    Ctrl-C keeps finished runs; repeat the command to continue. All results except times are
+    byte-identical for any number of processes.
     """
     study = settings.study
     if study.data is None and not study.cells:

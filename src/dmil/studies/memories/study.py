@@ -68,7 +68,7 @@ class MemoriesStudy:
         names = {parse_variant(label).name for label in contenders(settings)}
         if settings.tuned and not settings.tuned.keys() & names.union(contenders(settings)):
             raise InputError(
-                f"options of {', '.join(sorted(settings.tuned))}, none of whom runs",
+                f"options of {', '.join(sorted(settings.tuned))}, none of which runs",
                 where="tuned",
                 expected=f"options of controllers of the study: {', '.join(sorted(names))}",
             )
