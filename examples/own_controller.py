@@ -1,4 +1,4 @@
-"""A controller of your own against max-pressure, on the same vehicles.
+"""Your own controller against max-pressure, on the same vehicles.
 
 Run it: ``python examples/own_controller.py --scenario grid:3x3 --seeds 10``
 """

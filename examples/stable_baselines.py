@@ -1,11 +1,10 @@
-"""PPO of stable-baselines3 on one intersection, judged against this package's controllers.
+"""PPO of stable-baselines3 on one intersection, compared with dmil's controllers.
 
-Needs ``pip install 'dmil[zoo]' stable-baselines3``. Run it, some twenty seconds on one core:
+Needs ``pip install 'dmil[zoo]' stable-baselines3``. Run it, about twenty seconds on one core:
 ``python examples/stable_baselines.py --steps 40000 --model ppo.zip``
 
-Then judge what was saved, from the folder of this file:
-``dmil evaluate --scenario grid:1x1 --load 2 --controller stable_baselines:TrainedPolicy --set
-model=ppo.zip``
+Then evaluate the saved model, from the folder of this file: ``dmil evaluate --scenario grid:1x1
+--load 2 --controller stable_baselines:TrainedPolicy --set model=ppo.zip``
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from dmil.interop import PredictController
 
 ENVIRONMENTS = 8
 TRAINING_SEED = 1_000_000
-"""The first vehicles of training are those of this seed: others than in the test."""
+"""First seed of the training vehicles, which differ from those of the test."""
 
 
 class TrainedPolicy(PredictController):

@@ -110,7 +110,7 @@ class DivergedError(DmilError):
         self.at_time_s = at_time_s
         super().__init__(
             f"controller '{controller}' diverged at {at_time_s} s: {what} that are not finite. "
-            "Smaller rewards or a smaller learning rate may mend it."
+            "Smaller rewards or a smaller learning rate may help."
         )
 
     def __reduce__(self) -> tuple[object, ...]:

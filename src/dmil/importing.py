@@ -128,6 +128,6 @@ def _untrusted(problem: str, where: str) -> InputError:
     return InputError(
         problem,
         where=where,
-        expected="a name of dmil's, or an import path that is given on the command line, too",
+        expected="a name of dmil, or an import path that is also on the command line",
         mend="if you know that code and want it to run, add --trust with this path",
     )

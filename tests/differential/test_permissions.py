@@ -252,7 +252,7 @@ def test_a_class_that_only_a_turn_lane_admits_can_only_turn(built, scenario):
 def test_a_class_that_has_no_way_at_all_is_named(built, scenario):
     net = built('numLanes="1" disallow="truck">')
 
-    with pytest.raises(DemandError, match="no way of the network leads on for their vehicle class"):
+    with pytest.raises(DemandError, match="the network has no route for their vehicle class"):
         scenario(net, '<trip id="t" type="truck" depart="0" from="WC" to="CE"/>')
 
 

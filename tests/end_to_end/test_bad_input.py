@@ -179,7 +179,7 @@ def test_a_bad_file_is_named(case, dmil, city):
 @pytest.mark.parametrize(
     ("spoil", "said"),
     [
-        (spoil_way, "1 cannot be driven, since no way of the network leads on"),
+        (spoil_way, "1 cannot be simulated, since the network has no route"),
         (spoil_times, "1 entries end before they begin, or before second 0"),
     ],
 )

@@ -103,7 +103,7 @@ def test_a_complete_study_is_reported_again(study, dmil):
     folder, _ = study
     before = tables(folder)
     done = dmil(*TINY, "--out", folder)
-    assert "holds this study complete, all 2 blocks" in done.err
+    assert "is already complete in the folder, all 2 blocks" in done.err
     assert (folder / "report.html").stat().st_size > 10_000
     assert f"Report: {folder / 'report.html'}" in done.out
     assert "longest-queue-first" in done.out

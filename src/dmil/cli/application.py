@@ -1,7 +1,7 @@
-"""All commands under one name, and what the end of each means to the shell.
+"""The command line with all commands, and its exit codes.
 
-Exit codes: 0 all went well; 1 it ran, but something failed or it was stopped; 2 the user's error,
-with one message and no traceback.
+Exit codes: 0 success; 1 it ran, but something failed or it was stopped; 2 the user's error, with
+one message and no traceback.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ COMMANDS = {
     "simulate": "Run one controller on one scenario and print what was measured.",
     "train": "Train a controller and save its policy to a file.",
     "evaluate": "Compare controllers and trained policies on the same vehicles.",
-    "tune": "Choose options of controllers on seeds of their own, the same budget for each.",
-    "calibrate": "Measure in one run of SUMO what the queue simulator should use.",
-    "export": "Write what a controller did as signal programs for SUMO and as signal events.",
-    "report": "Write the report of a study again: page, figures, tables.",
-    "theory": "Bound the memory's growth and check a choice of its settings.",
+    "tune": "Tune options of controllers on separate seeds, with the same budget for each.",
+    "calibrate": "Calibrate the queue simulator from one run of SUMO.",
+    "export": "Export what a controller did, as signal programs for SUMO and as signal events.",
+    "report": "Rewrite the report of a study: page, figures, tables.",
+    "theory": "Bound the growth of the memory, and check its settings.",
     "scenarios": "List the scenarios, or describe one.",
-    "doctor": "Say what was understood of a network and demand, and what is wrong.",
+    "doctor": "Check a network and its demand: what was read, and what is wrong.",
     "controllers": "List controllers, rewards and embeddings, or the settings of one.",
     "bench": "Measure the speed of simulator, controllers and look-ups.",
-    "version": "Print versions of dmil and of what it stands on.",
+    "version": "Print the versions of dmil and its dependencies.",
 }
 WORK = {"study": "dmil.studies.paper.block", "tune": "dmil.experiments.tuning.scoring"}
-"""Commands that run worker processes, and the module these work with."""
+"""Commands that run worker processes, and the module that these import."""
 OK, FAILED, USER_ERROR = 0, 1, 2
 SCENARIO = "--scenario"
 IMPORT_PATH = re.compile(r"[^\W\d][\w.]*:[^\W\d]\w*")
@@ -111,7 +111,7 @@ class LazyGroup(CommandGroup):
 
 
 def named_parts(arguments: Sequence[str]) -> set[str]:
-    """Return the import paths on a command line: the user's own word that they may run.
+    """Return the import paths on a command line: naming them allows running them.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def exit_code(run: Callable[[], Any], arguments: Sequence[str]) -> int:
         sys.stdout.flush()
         return code if isinstance(code, int) else OK
     except BrokenPipeError:
-        # Whoever reads has seen enough (`| head`). Python would complain once more at the end.
+        # The reader has closed the pipe (`| head`). Python would complain again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     except (DmilError, typer.TyperException) as error:
@@ -189,7 +189,7 @@ def _trace(arguments: Sequence[str]) -> None:
 
 @contextmanager
 def _terminated_like_interrupted() -> Iterator[None]:
-    """Let a request to end (SIGTERM) do what Ctrl-C does: keep what is finished, say so."""
+    """Let SIGTERM do what Ctrl-C does: keep finished work and say so."""
 
     def interrupt(number: int, frame: object) -> None:
         raise KeyboardInterrupt
@@ -220,9 +220,9 @@ def _overview(
 ) -> None:
     """Train, compare and inspect memory-based traffic-signal controllers.
 
-    A controller chooses a phase for every intersection every few seconds. Its headline number is
-    W/V_c: the mean time that a vehicle waits, in s, divided by the number of vehicles that reached
-    their destination within the run. Lower is better.
+    A controller chooses a phase for every intersection every few seconds. The headline metric is
+    W/V_c: the mean wait per vehicle, in s, divided by the number of vehicles that reached their
+    destination within the run. Lower is better.
 
     In five minutes:
         dmil simulate --scenario grid:3x3 --controller max-pressure
@@ -230,8 +230,8 @@ def _overview(
         dmil evaluate --policy policy.npz
         dmil study paper --preset literal --seeds 5 --out study
 
-    Every command explains itself with --help, and prints one JSON object with --json. Exit codes:
-    0 all went well, 1 something failed or was stopped, 2 your input cannot be used.
+    Every command has --help, and prints one JSON object with --json. Exit codes: 0 success, 1
+    something failed or was stopped, 2 invalid input.
     """
     if version:
         typer.echo(f"dmil {__version__}")

@@ -27,23 +27,25 @@ def bench(
         typer.Option(
             metavar="DIR",
             rich_help_panel="Bench",
-            help="Checkout of another version: both are measured in turns and compared.",
+            help="Checkout of another version: both are measured alternately and compared.",
             show_default=False,
         ),
     ] = None,
     rounds: Annotated[
         int,
-        typer.Option(min=1, rich_help_panel="Bench", help="How often both versions are measured."),
+        typer.Option(
+            min=1, rich_help_panel="Bench", help="Number of times that both versions are measured."
+        ),
     ] = 3,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
     """Measure the speed of simulator, controllers and look-ups on this machine.
 
-    It takes about a minute, and another one where SUMO is installed. All figures are medians
-    over several rounds, measured in turns. A step is one simulated second of the whole network, the
-    5×5 grid if no other is named; a decision is one intersection's, learning included. A ratio
-    compares with another figure of the same rounds: its median, and between which extremes it lay.
+    It takes about a minute, and another one where SUMO is installed. All figures are medians over
+    several interleaved rounds. A step is one simulated second of the whole network, by default the
+    5×5 grid; a decision is that of one intersection, learning included. A ratio compares with
+    another figure of the same rounds: median and range.
 
     For example:
         dmil bench

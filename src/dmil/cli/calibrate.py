@@ -1,4 +1,4 @@
-"""``dmil calibrate``: what the queue simulator should use, from one run of SUMO."""
+"""``dmil calibrate``: calibrate the queue simulator from one run of SUMO."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ class CalibrateParameters(ScenarioRecipe):
         SEED,
         ge=0,
         le=LARGEST_SEED,
-        description="Seed of the run that is measured; far from those of tests.",
+        description="Seed of the measured run, far from test seeds.",
     )
     seeds: int = Field(
-        1, ge=0, description="Test seeds to compare the simulators in; 0 leaves that out."
+        1, ge=0, description="Test seeds on which the simulators are compared; 0: no comparison."
     )
     out: Path = Field(Path("calibration.json"), description="File to write.")
 
@@ -60,23 +60,24 @@ app = typer.Typer(add_completion=False)
 @app.command(name="calibrate", cls=Command)
 @scenario_command("calibrate", CalibrateParameters, OPTIONS)
 def command(settings: CalibrateParameters, json: bool) -> None:
-    """Measure in one run of SUMO what the queue simulator should use.
+    """Calibrate the queue simulator from one run of SUMO.
 
     For example:
         dmil calibrate --scenario resco/cologne8
         dmil calibrate --scenario sumo:city.sumocfg --out city.json --seeds 3
         dmil train --scenario resco/cologne8 --calibration calibration.json --out policy.npz
 
-    Under the network's own signal program, or max-pressure where it has none, SUMO's detectors
-    give the headways behind standing queues, the time lost at the beginning of green, and the time
-    that undisturbed vehicles need for every link, junctions included. The second table shows how
-    far the queue simulator is from SUMO without and with them, in other runs than the measured one.
+    Under the network's own signal program, or max-pressure where it has none, SUMO's detectors give
+    the headways behind standing queues, the time lost at the beginning of green, and the time that
+    undisturbed vehicles need for every link, junctions included. The second table shows how far the
+    queue simulator is from SUMO without and with them, in runs other than the measured one.
 
-    simulate, train and evaluate take the file as --calibration; it fits the same network only.
+    simulate, train and evaluate take the file as --calibration; it is valid for the same network
+    only.
     """
     if settings.calibration is not None:
         raise InputError(
-            "a calibration begins with the scenario's own numbers",
+            "calibration starts from the scenario's own values",
             where="calibration",
             mend="leave it out",
         )
@@ -116,7 +117,7 @@ def _measured(found: Calibration, scenario: Scenario) -> Table:
         ("start-up lost time", lost, 0, "s"),
         ("start wave", wave, 1, "veh/s per lane"),
         ("time on a link, mean", time, 1, "s"),
-        ("of these not lost", free, 1, "s"),
+        ("of this, not lost", free, 1, "s"),
     ):
         made.add_row(what, number(before, digits), number(now, digits), unit)
     made.caption = f"{found.headways} headways, {found.passages} undisturbed passages of links"

@@ -48,7 +48,7 @@ DEMAND_OPTIONS = (
         "demand.batch_veh",
         "--batch",
         _DEMAND,
-        help=f"Mean vehicles in a batch of compound arrivals, by default {DEFAULT_BATCH_VEH:g}.",
+        help=f"Mean batch size of compound arrivals in vehicles; by default {DEFAULT_BATCH_VEH:g}.",
     ),
     Option(
         "demand.rate_veh_per_min",
@@ -56,8 +56,8 @@ DEMAND_OPTIONS = (
         _DEMAND,
         "NODE=X,NODE=X",
         read=_numbers("--rates", _RATES),
-        help="Vehicles per minute by boundary node or by side of a grid, such as "
-        f"{_RATES}; a node that is not named sends nobody. In place of recorded vehicles, too.",
+        help="Vehicles per minute per boundary node or side of a grid, such as "
+        f"{_RATES}; nodes not named send none. Also replaces recorded vehicles.",
     ),
     Option(
         "demand.profile",
@@ -65,7 +65,7 @@ DEMAND_OPTIONS = (
         _DEMAND,
         "S=X,S=X",
         read=lambda text: list(_numbers("--profile", _PROFILE)(text).items()),
-        help=f"Factor on the rates from a second on, the first 0, such as {_PROFILE}.",
+        help=f"Factor on the rates from each second on, starting at 0, such as {_PROFILE}.",
     ),
     Option("demand.profile_between", "--profile-between", _DEMAND, "step|linear"),
     Option("ties", "--ties", _DEMAND, "straight|coin"),
@@ -103,7 +103,7 @@ class SimulatorChoice(BaseModel):
         description="Simulator: queue (the embedded one), sumo (microscopic) or sumo-meso.",
     )
     emissions: bool = Field(
-        False, description="Let SUMO compute emissions and fuel, too, which takes longer."
+        False, description="Also let SUMO compute emissions and fuel, which takes longer."
     )
 
 
@@ -112,7 +112,7 @@ class RewardChoice(BaseModel):
 
     reward: str = Field(
         "diffusion",
-        description="What a learner gets: default, diffusion, entropy, queue, pressure, or "
+        description="Reward of learners: default, diffusion, entropy, queue, pressure, or "
         "module:function.",
     )
     reward_constants: RewardConstants = Field(

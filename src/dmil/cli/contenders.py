@@ -33,46 +33,47 @@ BASELINES = (
 )
 """What stands beside a network's own plan: what is hard to beat, and needs no training."""
 REFERENCES = ("program", REFERENCE, "max-pressure,approaching=true")
-"""Whom differences are taken to if nobody is named: the first that is there."""
+"""Default references for paired differences: the first that is available."""
 
 
 class EvaluateParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
     """A comparison."""
 
-    controller: Controllers = Field((), description="Controller to judge; may be repeated.")
-    policy: tuple[Path, ...] = Field((), description="Policy to judge; may be repeated.")
+    controller: Controllers = Field((), description="Controller to evaluate; may be repeated.")
+    policy: tuple[Path, ...] = Field((), description="Policy to evaluate; may be repeated.")
     tuned: tuple[Path, ...] = Field(
-        (), description="Controller to judge with what dmil tune chose for it; may be repeated."
+        (), description="Controller to evaluate with the options from dmil tune; may be repeated."
     )
     changes: dict[str, Any] = Field(
-        {}, description="Settings that go over those of all judged controllers and policies."
+        {}, description="Settings that override those of all evaluated controllers and policies."
     )
     seeds: int = Field(10, ge=1, description="Number of test seeds.")
-    seed: int = Field(0, ge=0, le=LARGEST_SEED, description="First of the seeds.")
+    seed: int = Field(0, ge=0, le=LARGEST_SEED, description="First seed.")
     baselines: bool = Field(
         True,
-        description="Put the own plan, actuated control (in SUMO), longest-queue-first and "
-        "max-pressure with approaching, factored and lookahead beside; on grids fixed-cycle, "
-        "longest-queue-first and max-pressure.",
+        description="Add the network's own plan, actuated control (in SUMO), longest-queue-first "
+        "and max-pressure with approaching vehicles, factored and lookahead; on "
+        "grids fixed-cycle, longest-queue-first and max-pressure.",
     )
     reference: str | None = Field(
         None,
-        description="Whom differences are taken to: a controller, put beside if it is not yet, or "
-        "the file name of a policy; by default the network's own plan, or max-pressure.",
+        description="Reference for paired differences: a controller, added if missing, or the "
+        "file name of a policy; by default the network's own plan, or max-pressure.",
     )
     learn: bool = Field(
-        False, description="Let learners go on learning and exploring during the test."
+        False, description="Let learners keep learning and exploring during the test."
     )
     epsilon: float | None = Field(
         None,
         ge=0,
         le=1,
-        description="Chance of a random action; by default 0 when frozen, else the learner's own.",
+        description="Probability of a random action; by default 0 when frozen, else the "
+        "learner's own.",
     )
     report: Path | None = Field(
-        None, description="Write the comparison as a page (.html) with a picture of the network."
+        None, description="Write the comparison as a page (.html) with a map of the network."
     )
-    csv: Path | None = Field(None, description="Write the values of every seed, one row a run.")
+    csv: Path | None = Field(None, description="Write the values of every seed, one row per run.")
     jobs: int | None = JOBS
 
 

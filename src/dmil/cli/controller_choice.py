@@ -35,8 +35,8 @@ def controller_options(many: bool) -> tuple[Option, ...]:
         set_option(
             panel,
             path="changes" if many else "controller",
-            help="Setting of the controller, such as embedding=complex or epsilon=0.2 "
-            "('dmil controllers NAME' lists them).",
+            help="Setting of the controller, such as embedding=complex or epsilon=0.2 (see "
+            "'dmil controllers NAME').",
             example="grid.link_time_s=3",
         ),
     )
@@ -48,7 +48,7 @@ class ControllerChoice(BaseModel):
     model_config = ConfigDict(frozen=True, extra="allow")
 
     name: str = Field(
-        description="Name (see dmil controllers), or package.module:Class; with options as in "
+        description="Name (see dmil controllers) or package.module:Class; with options as in "
         "NAME,option=value."
     )
 
@@ -113,7 +113,7 @@ class ControllerOrPolicy(BaseModel):
         description="Controller: a name (see dmil controllers) or package.module:Class.",
     )
     policy: Path | None = Field(
-        None, description="Policy of a trained controller, instead; it acts frozen and greedily."
+        None, description="Policy of a trained controller instead; it runs frozen and greedy."
     )
 
     def load_policy(self, mend: str = "leave out --policy or --controller") -> Policy | None:

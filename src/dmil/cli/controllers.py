@@ -27,7 +27,7 @@ MARKS = "[P] stated by the paper, [A] assumed, [F] fitted to its table."
 def controllers(
     name: Annotated[
         str | None,
-        typer.Argument(metavar="[NAME]", help="Controller to describe.", show_default=False),
+        typer.Argument(metavar="[NAME]", help="Controller to show.", show_default=False),
     ] = None,
     json: Json = False,
     debug: Debug = False,
@@ -80,8 +80,8 @@ def _list(json: bool) -> None:
     summaries = {name: entry.summary + learns[entry.learns] for name, entry in CONTROLLERS.items()}
     for title, lines in (
         ("Controllers", summaries),
-        ("Rewards of those that learn", rewards),
-        ("Embeddings: which states share what is learned", embeddings),
+        ("Rewards for learners", rewards),
+        ("Embeddings: which states share what was learned", embeddings),
     ):
         show(Text(title, "bold"), entries(lines), "")
     show("Settings of one: dmil controllers dual-memory")
@@ -106,7 +106,7 @@ def _embedding(each: Embedding) -> str:
     if each.cell_width > 1:
         parts.append(f"cells of {each.cell_width} vehicles")
     if each.rotations:
-        parts.append("rotated states are one")
+        parts.append("rotated states are equivalent")
     if each.tolerance:
         parts.append(f"queues may differ by {each.tolerance}")
     return "; ".join(parts) or "the queues themselves"

@@ -38,29 +38,29 @@ def doctor(
         list[str] | None,
         typer.Argument(
             metavar="[FILES]",
-            help="A .sumocfg; or a .net.xml with its route files; or a folder of CityFlow's; or "
-            "the name of a scenario.",
+            help="A .sumocfg; a .net.xml with its route files; a CityFlow folder; or the name of "
+            "a scenario.",
             show_default=False,
         ),
     ] = None,
-    scenario: Annotated[str | None, _scenario("NAME", "The same as a name among FILES.")] = None,
-    net: Annotated[str | None, _scenario("FILE", "The same as a network among FILES.")] = None,
+    scenario: Annotated[str | None, _scenario("NAME", "Same as a name among FILES.")] = None,
+    net: Annotated[str | None, _scenario("FILE", "Same as a network among FILES.")] = None,
     routes: Annotated[
-        str | None, _scenario("FILE,FILE", "The same as route files among FILES.")
+        str | None, _scenario("FILE,FILE", "Same as route files among FILES.")
     ] = None,
     roadnet: Annotated[
         Path | None,
-        _scenario("FILE", "Road network in CityFlow's format, whatever it is called."),
+        _scenario("FILE", "Road network in CityFlow format, under any name."),
     ] = None,
     flow: Annotated[
         Path | None,
-        _scenario("FILE", "Vehicles in CityFlow's format, on the roads of that network."),
+        _scenario("FILE", "Vehicles in CityFlow format, on that network."),
     ] = None,
     begin: Annotated[
         int | None,
         _scenario(
             "N",
-            "SUMO's second at which a run begins; by default that of the configuration, or 0.",
+            "SUMO time at which a run begins, in s; by default that of the configuration, or 0.",
             min=0,
         ),
     ] = None,
@@ -77,24 +77,24 @@ def doctor(
         str | None,
         _scenario(
             "program|derived",
-            "Phases of a SUMO network: those of its own signal programs (the default), or derived "
-            "from the movements that do not cross.",
+            "Phases of a SUMO network: those of its signal programs (the default), or "
+            "derived from movements that do not conflict.",
         ),
     ] = None,
     routing: Annotated[
         str | None,
         _scenario(
             "sumo|mesoscopic|free-flow",
-            "Ways of trips without a route: those that SUMO chooses in the traffic, the same by "
-            "its mesoscopic model in a tenth of the time (the default where it is installed), or "
-            "the fastest on empty roads.",
+            "Routing of trips without a route: by one run of SUMO with congestion, by "
+            "the same with its mesoscopic model in a tenth of the time (the default "
+            "where it is installed), or the fastest route on empty roads.",
         ),
     ] = None,
     intersection: Annotated[
         str | None,
         typer.Option(
             metavar="ID",
-            help="Look at one intersection; the beginning of its id is enough.",
+            help="Show one intersection; the start of its id is enough.",
             rich_help_panel=OUTPUT,
         ),
     ] = None,
@@ -106,7 +106,7 @@ def doctor(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Draw the network, or the intersection and its phases, into a file: .svg, .png, "
+            help="Draw the network, or the intersection and its phases, to a file: .svg, .png, "
             ".pdf or .html.",
             rich_help_panel=OUTPUT,
         ),
@@ -115,14 +115,14 @@ def doctor(
         bool,
         typer.Option(
             "--strict",
-            help="End with exit code 1 if there are errors or warnings.",
+            help="Exit with code 1 if there are errors or warnings.",
             rich_help_panel=OUTPUT,
         ),
     ] = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Say what was understood of a network and its demand, and what is wrong with them.
+    """Check a network and its demand: what was read, and what is wrong.
 
     For example:
         dmil doctor city.sumocfg
@@ -130,16 +130,14 @@ def doctor(
         dmil doctor resco/cologne3 --intersection 360082 --draw phases.png
         dmil doctor FOLDER --strict
 
-    First it tells what it read: roads, intersections with their approaches, phases and own
-    programs, which of them share a shape (these may share a memory), departures over time, and
-    whether the signals can serve the demand. Then come findings, each with a mend: errors make
-    results wrong, warnings make them doubtful, notes are good to know. docs/doctor.md explains
-    every one of them.
+    First come the contents: roads, intersections with approaches, phases and programs, which of
+    them share a shape (and may share a memory), departures over time, and whether the signals can
+    serve the demand. Then come findings, each with a fix: errors make results wrong, warnings make
+    them doubtful, notes are informative. docs/doctor.md explains all of them.
 
-    Load is the degree of saturation in the busiest 15 minutes: the part of its time that an
-    intersection needs to serve all, at the best division among its phases and a cycle of 120 s.
-    From 100 % on queues grow under every controller. Vehicles that give way count as if nobody
-    were in their way, so real loads are somewhat higher.
+    Load is the degree of saturation of an intersection in the busiest 15 minutes, at optimal green
+    splits and a cycle of 120 s. From 100 % on, queues grow under every controller. Yielding
+    vehicles count as if unopposed, so real loads are somewhat higher.
     """
     named = [each for each in (scenario, net) if each] + split(routes or "")
     named += [str(file) for file in (roadnet, flow) if file]

@@ -27,10 +27,10 @@ def intersection_text(item: IntersectionFacts) -> Iterator[RenderableType]:
         "shape": f"{item.shape}; {alike} other{'s' if item.alike > 2 else ''} of this shape; "
         f"symmetry group of {item.symmetries}",
         "movements": f"{item.movements}"
-        + (f"; always may go: {item.unsignalled}" if item.unsignalled else ""),
+        + (f"; unsignalled, always open: {item.unsignalled}" if item.unsignalled else ""),
     }
     if item.junctions > 1:
-        lines["junctions"] = f"{item.junctions} under one controller"
+        lines["junctions"] = f"{item.junctions} under one signal controller"
     if item.program_kind:
         lines["own program"] = _program(item)
     if item.load:
@@ -143,14 +143,14 @@ def _program(item: IntersectionFacts) -> str:
 
 
 def _load_text(item: IntersectionFacts) -> str:
-    assert item.load is not None, "it is asked for only where there is one"
+    assert item.load is not None, "shown only where there is one"
     if not item.vehicles:
-        return "no vehicle passes it"
+        return "no vehicles pass"
     own = item.load.program_degree
-    planned = "" if own is None else f"; own program {percent(own).plain}"
+    planned = "" if own is None else f"; with its program {percent(own).plain}"
     return (
-        f"{item.vehicles} vehicles pass; in the busiest 15 min {percent(item.load.degree).plain} "
-        f"of its time{planned}"
+        f"{item.vehicles} vehicles pass; degree of saturation in the busiest 15 min "
+        f"{percent(item.load.degree).plain}{planned}"
     )
 
 

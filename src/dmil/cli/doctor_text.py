@@ -51,10 +51,10 @@ def network_text(diagnosis: Diagnosis, everything: bool) -> Iterator[RenderableT
             {
                 "roads": f"{counted(facts.links, 'link')}, {facts.road_km:.1f} km "
                 f"({facts.lane_km:.1f} km of lanes), {_speeds(diagnosis)}",
-                "signals": f"{counted(facts.intersections, 'intersection')} of {shapes}; "
-                "those of one shape may share a memory",
+                "signals": f"{counted(facts.intersections, 'intersection')} of "
+                f"{shapes}; equal shapes may share a memory",
                 "other nodes": f"{counted(facts.junctions, 'junction')} without signals, "
-                f"{facts.fringe} where vehicles come and go",
+                f"{facts.fringe} boundary nodes",
             }
         )
     )
@@ -75,7 +75,7 @@ def demand_text(diagnosis: Diagnosis) -> Iterator[RenderableType]:
     traffic, case = diagnosis.traffic, diagnosis.case
     yield Text("Demand", "bold")
     if traffic is None:
-        yield inside(Text("no vehicles; give route files, too"))
+        yield inside(Text("no vehicles; also give route files"))
         yield ""
         return
     minutes = traffic.bar_s // 60
@@ -87,14 +87,14 @@ def demand_text(diagnosis: Diagnosis) -> Iterator[RenderableType]:
                 f"{_time(traffic.last_s)}{drawn}",
                 "departures": f"{sparkline(traffic.departures)}  {min(traffic.departures)} to "
                 f"{max(traffic.departures)} per {f'{minutes} min' if minutes > 1 else 'min'}",
-                "routes": f"{traffic.length_m:.0f} m and {traffic.links:.1f} links in the mean, "
+                "routes": f"{traffic.length_m:.0f} m and {traffic.links:.1f} links on average,  "
                 f"{traffic.free_flow_s:.0f} s without delay",
                 "signals": f"{traffic.signalled_share:.0%} of the vehicles pass one; "
-                f"{traffic.signals_passed:.1f} in the mean",
+                f"{traffic.signals_passed:.1f} on average",
                 "run": f"{_time(case.begin_s)} to {_time(case.begin_s + case.horizon_s)}; a "
                 f"decision every {case.timing.decision_interval_s} s, clearance "
                 f"{own_or_s(case.timing.clearance_s)}",
-                "can it be served?": _verdict(diagnosis),
+                "capacity": _verdict(diagnosis),
             }
         )
     )
@@ -104,7 +104,7 @@ def demand_text(diagnosis: Diagnosis) -> Iterator[RenderableType]:
 def findings_text(findings: Sequence[Finding], everything: bool) -> Iterator[RenderableType]:
     """List findings with their mends, those of one kind together."""
     if not findings:
-        yield Text("Nothing found that is wrong or suspicious.", "green")
+        yield Text("No errors, warnings or notes.", "green")
         return
     counts = [
         counted(sum(each.severity == severity for each in findings), severity)
@@ -151,15 +151,16 @@ def _verdict(diagnosis: Diagnosis) -> Text:
     name = max(loads, key=loads.__getitem__)
     period = " in its busiest 15 min" if diagnosis.case.horizon_s > PEAK_S else ""
     words, style = (
-        ("no", "bold red")
+        ("exceeded", "bold red")
         if loads[name] > FULL
-        else ("hardly", "yellow")
+        else ("nearly exceeded", "yellow")
         if loads[name] > BUSY
-        else ("yes", "green")
+        else ("sufficient", "green")
     )
     return Text.assemble(
         (words, style),
-        f": intersection {short(name)} needs {percent(loads[name]).plain} of its time{period}",
+        f": degree of saturation {percent(loads[name]).plain} at intersection "
+        f"{short(name)}{period}",
     )
 
 

@@ -1,4 +1,4 @@
-"""``dmil evaluate``: controllers and policies side by side, on the same vehicles."""
+"""``dmil evaluate``: compare controllers and policies on the same vehicles."""
 
 from __future__ import annotations
 
@@ -61,21 +61,22 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
         dmil evaluate --scenario grid:3x3 --controller max-pressure,approaching=true
         dmil evaluate --scenario grid:3x3 --controller mine:MyController
 
-    In each seed all controllers meet the same vehicles. First comes what to use, then who had how
-    much delay: mean, median, interquartile mean (IQM) and worst seed, and the paired difference to
-    --reference with its 95 % bootstrap interval: one wholly below 0 means less than the reference.
-    "program" is the network's own plan. Travel time runs from departure to arrival, delay is what
-    of it was lost against driving freely, W is the part spent in queues, all in s per vehicle.
+    In each seed all controllers meet the same vehicles. The recommendation comes first, then
+    delays: mean, median, interquartile mean (IQM) and worst seed, and the paired difference from
+    --reference with its 95 % bootstrap interval: wholly below 0 means less than the reference.
+    "program" is the network's own plan. Travel time runs from departure to arrival, delay is the
+    part lost against free flow, W the part spent in queues, all in s per vehicle. Recorded vehicles
+    are one day, the same in every seed: --resample draws similar days.
 
-    Recorded vehicles are one day, the same in every seed: --resample makes days like it.
-
-    A policy, or a controller that learns, is frozen by default: it does not learn, and always takes
-    the action it holds best (ε = 0). Then the seeds tell how good what it has learned is. Factored
-    and lookahead memory need no training: they learn from the first second.
+    Policies and learning controllers are frozen by default: they do not learn and always take the
+    action with the highest value (ε = 0). The seeds then show how good the learned policy is.
+    Factored and lookahead memory need no training: they learn from the first second.
     """
     judged = settings.policy or settings.controller or settings.tuned
     if not judged and not settings.baselines:
-        raise InputError("nobody to judge", where="evaluate", mend="add --controller or --policy")
+        raise InputError(
+            "nothing to evaluate", where="evaluate", mend="add --controller or --policy"
+        )
     policies = [load_policy(path) for path in settings.policy]
     recipe = with_scenario_of(settings, policies[0] if policies else None)
     scenario = built(recipe)
@@ -84,7 +85,7 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
     compile_first()
     seeds = range(settings.seed, settings.seed + settings.seeds)
     executor = LocalExecutor(settings.jobs)
-    with stopping("nothing is kept of a comparison"), progress("runs") as advance:
+    with stopping("no results of a comparison are kept"), progress("runs") as advance:
         found = compare(
             recipe,
             contenders,
@@ -130,7 +131,7 @@ def _show(found: Comparison, notes: list[str]) -> None:
 def _others(
     recipe: ScenarioRecipe, policies: list[Policy], settings: EvaluateParameters
 ) -> list[str]:
-    """Name the policies that were trained on other roads or demand than they are judged on."""
+    """Name the policies that were trained on other networks or demand than evaluated here."""
     ours = recipe.model_dump(mode="json", exclude_none=True)
     found = []
     for path, policy in zip(settings.policy, policies, strict=True):

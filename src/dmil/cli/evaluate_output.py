@@ -47,32 +47,32 @@ def notes_of(
     several = len(found.seeds) > 1
     if several and not found.one_day:
         notes.append(
-            "Below each mean: its 95 % bootstrap interval over seeds, then median, interquartile "
-            "mean (IQM) and worst seed."
+            "Below each mean: 95 % bootstrap interval over seeds, then median, interquartile mean "
+            "(IQM) and worst seed."
         )
     if found.same_demand:
         notes.append(
             "The vehicles are recorded, the same in every seed: one day, no interval. --resample "
-            "makes days like it."
+            "draws similar days."
             if found.exact
             else "The vehicles are recorded, the same in every seed: one day. Seeds differ by "
-            "SUMO's drivers and by chance inside the controllers; --resample makes other days."
+            "SUMO's drivers and random choices of controllers; --resample draws other days."
         )
     elif isinstance(scenario.demand, ResampledDemand):
         notes.append(
-            "Each seed is a day drawn from the recorded one: as many of its vehicles, each up to "
-            f"{scenario.demand.shift_s} s sooner or later, the same for all controllers."
+            "Each seed is a day drawn from the recorded one: as many of its vehicles, shifted by "
+            f"up to {scenario.demand.shift_s} s, the same for all controllers."
         )
     elif several:
-        notes.append("Each seed has vehicles of its own, the same for all controllers.")
+        notes.append("Each seed has its own vehicles, the same for all controllers.")
     left_out = _left_out(scenario)
     if left_out:
         notes.append(
-            f"Left out, since they cannot be driven: {left_out} of the files' vehicles; dmil "
+            f"Left out, because they cannot be simulated: {left_out} of the files' vehicles; dmil "
             "doctor says which."
         )
     if others:
-        notes.append(f"Trained on something else than is judged here: {', '.join(others)}.")
+        notes.append(f"Trained on something other than evaluated here: {', '.join(others)}.")
     entries = [CONTROLLERS.get(choice.name) for choice in settings.controller]
     online = [
         choice.label
@@ -82,7 +82,7 @@ def notes_of(
     if settings.baselines:
         online += [label for label in found.labels if label in ONLINE and label not in online]
     if online:
-        notes.append(f"Learning from the first second, untrained: {', '.join(online)}.")
+        notes.append(f"Untrained, learning from the first second: {', '.join(online)}.")
     if settings.policy or any(entry and entry.learns and not entry.online for entry in entries):
         epsilon = "their own" if settings.epsilon is None else f"{settings.epsilon:g}"
         frozen = f"frozen, ε = {settings.epsilon or 0:g}"

@@ -47,10 +47,10 @@ class ExportParameters(ControllerOrPolicy, ScenarioRecipe, SimulatorChoice):
 
     seed: int = Field(0, ge=0, le=LARGEST_SEED, description="Seed of the run.")
     plan_length_s: int | None = Field(
-        None, ge=60, description="Make a plan of its own for every so many s; by default one."
+        None, ge=60, description="Make a separate plan for every so many s; by default one."
     )
     network: bool = Field(
-        False, description="Write the network for SUMO, too, where it does not come from there."
+        False, description="Also write the network for SUMO, if it does not come from SUMO."
     )
     out: Path = Field(Path("export"), description="Folder to write to.")
 
@@ -70,24 +70,24 @@ app = typer.Typer(add_completion=False)
 @app.command(cls=Command)
 @scenario_command("export", ExportParameters, OPTIONS)
 def export(settings: ExportParameters, json: bool) -> None:
-    """Write what a controller did as signal programs for SUMO, and as a table of signal events.
+    """Export what a controller did, as signal programs for SUMO and as a table of signal events.
 
     For example:
         dmil export --policy policy.npz --out plan
         dmil export --scenario resco/cologne8 --controller max-pressure --simulator sumo
         sumo -c city.sumocfg -a plan/programs.add.xml
 
-    The controller runs once, as evaluate runs it: policies frozen, what needs no training learning
-    from the first second. signals.csv has one row per change of phase. programs.add.xml
-    has the mean cycle that it drove at every intersection: its phases in their most frequent order,
-    each as long as it was in the mean. SUMO shows a program that it loads after the network's own.
-    With --plans 900 there is one for every 15 minutes, switched by the clock. Yellow, all-red,
-    least greens and offsets are those of the network's own plan, or longer where you gave more; a
-    plan in which conflicting movements have green is not written.
+    The controller runs once, as evaluate runs it: policies frozen, controllers that need no
+    training learning from the first second. signals.csv has one row per phase change.
+    programs.add.xml has the mean cycle of every intersection: phases in their most frequent order,
+    each with its mean duration. SUMO uses it because it is loaded after the network's own. With
+    --plans 900 there is one plan for every 15 minutes, switched by time of day. Yellow, all-red,
+    minimum greens and offsets are those of the network's own plan, or longer where you asked for
+    more; a plan with conflicting greens is not written.
 
-    A fixed-time plan cannot do what the controller does, which looks at the traffic: where SUMO is
-    installed, both are run in it and compared. A .sumocfg that names additional files needs them
-    before this one: -a theirs.add.xml,plan/programs.add.xml
+    A fixed-time plan cannot respond to traffic as the controller does: where SUMO is installed,
+    both are run in it and compared. A .sumocfg that names additional files needs them before this
+    one: -a theirs.add.xml,plan/programs.add.xml
     """
     policy = settings.load_policy()
     scenario = built(with_scenario_of(settings, policy))
@@ -98,9 +98,9 @@ def export(settings: ExportParameters, json: bool) -> None:
         events = _run(settings, scenario, contender, settings.simulator)[1]
     if not any(event.phase != NONE for event in events):
         raise InputError(
-            "it shows the network's own program, which needs no export",
+            "it runs the network's own program, which needs no export",
             where=f"controller '{contender.label}'",
-            mend="choose a controller that chooses phases",
+            mend="a controller that chooses phases",
         )
     _make_folder(settings.out)
     files = [settings.out / EVENTS]
@@ -122,7 +122,7 @@ def export(settings: ExportParameters, json: bool) -> None:
         files.append(settings.out / PROGRAMS)
         write_plans(files[-1], plans, scenario.network, scenario.timing, signals, net_file, begin_s)
         if scenario.sumo and importlib.util.find_spec("libsumo"):
-            with waiting("Both in SUMO …"):
+            with waiting("Running both in SUMO …"):
                 compared = _compare(settings, scenario, contender, files[-1])
     notes = [*_worth(settings, policy), *(_notes(scenario, plans) if signals else [])]
     if json:
@@ -137,11 +137,14 @@ def export(settings: ExportParameters, json: bool) -> None:
     for note in notes[:SHOWN]:
         show(note)
     if len(notes) > SHOWN:
-        show(f"… and {len(notes) - SHOWN} more such notes (--json has all)")
+        show(f"… and {len(notes) - SHOWN} more such notes (all with --json)")
     for file in files:
         say(f"Written: {file}")
     if not signals:
-        say("No signal programs: the network does not come from SUMO (--network writes both).")
+        say(
+            "No signal programs: the network does not come from SUMO (--network writes both "
+            "network and programs)."
+        )
 
 
 def _contender(settings: ExportParameters, policy: Policy | None) -> Contender:
@@ -161,12 +164,12 @@ def _worth(settings: ExportParameters, policy: Policy | None) -> list[str]:
     name = settings.controller.name
     if entry.online:
         return [
-            f"The plan is what {name} did in seed {settings.seed} while it learned from the first "
-            "second, as evaluate runs it."
+            f"The plan records what {name} did in seed {settings.seed} while it learned from the "
+            "first second, as evaluate runs it."
         ]
     return [
-        f"{name} has learned nothing yet and is frozen: the plan is worth no more than that. Train "
-        "it and export its --policy."
+        f"{name} has learned nothing and is frozen, so the plan is not meaningful. Train it and "
+        "export its --policy."
     ]
 
 
@@ -230,9 +233,9 @@ def _notes(scenario: Scenario, plans: list[tuple[int, list[MeanCycle]]]) -> list
     for _, cycles in plans:
         for item, cycle in zip(scenario.network.intersections, cycles, strict=True):
             for what, phases in (
-                ("was hardly shown and is left out", cycle.left_out),
+                ("was rarely shown and is left out", cycle.left_out),
                 (
-                    "was hardly shown, but has a short green: it alone serves a movement",
+                    "was rarely shown, but keeps a short green: only it serves a movement",
                     cycle.added,
                 ),
             ):
@@ -242,7 +245,7 @@ def _notes(scenario: Scenario, plans: list[tuple[int, list[MeanCycle]]]) -> list
             for j in cycle.never_served:
                 movement = item.movements[j]
                 way = f"{movement.from_link} to {movement.to_link}"
-                notes[f"{item.id}: no phase serves the way from {way}"] += 1
+                notes[f"{item.id}: no phase serves the movement from {way}"] += 1
     several = len(plans) > 1
     return [
         f"{note}, in {count} of {len(plans)} plans" if several else note

@@ -73,9 +73,9 @@ def write_plans(
     if clash:
         raise InputError(
             str(clash),
-            where=f"the plan of signal '{clash.signal}', which is not written",
-            expected="no greens that conflict (<request foes> of the network)",
-            mend="write g for the one that yields, or r, in the network's own program, or take "
+            where=f"the plan of signal '{clash.signal}', which was not written",
+            expected="no conflicting greens (<request foes> of the network)",
+            mend="in the network's own program, write g for the yielding movement, or r; or use "
             "--phases derived",
         )
     write_text_atomically(file, programs_xml(timetable, network, signals, times, begin_s))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 UNFINISHED = (
-    "Vehicles that have not arrived count, too: their travel and waiting time up to the end of the "
+    "Vehicles that have not arrived count with their travel and waiting time up to the end of the "
     "run."
 )
 

@@ -13,7 +13,7 @@ Json = Annotated[
     bool,
     typer.Option(
         "--json",
-        help="Print one JSON object on standard output, and nothing else there.",
+        help="Print one JSON object, and nothing else, to standard output.",
         rich_help_panel=OUTPUT,
     ),
 ]
@@ -21,7 +21,7 @@ Debug = Annotated[
     bool,
     typer.Option(
         "--debug",
-        help="Show where in the program an error arose (as DMIL_DEBUG=1 does).",
+        help="Show the traceback of an error (as DMIL_DEBUG=1 does).",
         rich_help_panel=OUTPUT,
     ),
 ]
@@ -30,8 +30,8 @@ Trust = Annotated[
     typer.Option(
         "--trust",
         metavar="MODULE:NAME",
-        help="Code of yours that a file may name, too (a policy, a tuned controller, --config): it "
-        "is imported and run. What another option names is trusted as well.",
+        help="Your own code that a file (policy, tuned controller, --config) may name: it is "
+        "imported and run. Code named by other options is trusted anyway.",
         rich_help_panel="Configuration",
     ),
 ]
@@ -40,7 +40,7 @@ Config = Annotated[
     typer.Option(
         "--config",
         metavar="FILE.toml",
-        help="Read parameters from a file; options given here win over it.",
+        help="Read parameters from a file; command-line options override it.",
         rich_help_panel="Configuration",
     ),
 ]
@@ -48,7 +48,7 @@ PrintConfig = Annotated[
     bool,
     typer.Option(
         "--print-config",
-        help="Print all parameters as such a file, with comments, and do nothing else.",
+        help="Print all parameters as such a file, with comments, and exit.",
         rich_help_panel="Configuration",
     ),
 ]

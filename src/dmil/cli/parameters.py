@@ -37,13 +37,13 @@ FILES = Annotated[
     list[str] | None,
     typer.Argument(
         metavar="[FILES]",
-        help="A .sumocfg; or a .net.xml with its route files; or a folder or files of CityFlow's; "
-        "or the name of a scenario. In place of --scenario, --net and the like.",
+        help="A .sumocfg; a .net.xml with its route files; a CityFlow folder or files; or the "
+        "name of a scenario. Replaces --scenario, --net etc.",
         show_default=False,
     ),
 ]
 JOBS: Any = Field(
-    None, ge=1, description="Parallel processes; by default one per core. Same results."
+    None, ge=1, description="Parallel processes; by default one per core. Results do not change."
 )
 """Field of how many processes work."""
 _UNIT = re.compile("_(s|m|veh)$")
@@ -168,7 +168,7 @@ def set_option(panel: str, *, help: str, example: str, path: str = "") -> Option
     example
         A key with a dot, and a value.
     """
-    whole = f"{help} With a dot any value of --print-config, such as {example}. May be repeated."
+    whole = f"{help} With a dot: any value of --print-config, such as {example}. May be repeated."
     return Option(path, SET, panel, "KEY=VALUE", many=True, help=whole, assigns=True)
 
 

@@ -1,4 +1,4 @@
-"""``dmil report``: the report of a study again."""
+"""``dmil report``: rewrite the report of a study."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ def report(
         typer.Option(
             metavar="NAME",
             rich_help_panel="Report",
-            help="Preset that headline and figures show; by default the last that was run.",
+            help="Preset shown in headline and figures; by default the last one run.",
         ),
     ] = None,
     pictures: Annotated[
         bool,
         typer.Option(
-            help="Whether to draw the figures as SVG, PNG and PDF, too. [default: yes]",
+            help="Also save the figures as SVG, PNG and PDF. [default: yes]",
             show_default=False,
             rich_help_panel="Report",
         ),
@@ -38,15 +38,15 @@ def report(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Write the report of a study: one page that works offline, figures and tables beside it.
+    """Write the report of a study: one page that works offline, with figures and tables.
 
     For example:
         dmil report study
         dmil report study --preset literal --no-pictures
 
-    Into the folder come report.html, figures/ (SVG, PNG, PDF) and tables/ (CSV, LaTeX); for the
-    study on the RESCO benchmark also scenarios/, a page for each network. All of it is computed
-    from the Parquet files there; 'dmil study' has done it once already.
+    The folder gets report.html, figures/ (SVG, PNG, PDF) and tables/ (CSV, LaTeX); for the RESCO
+    study also scenarios/ with a page per network. All of it is computed from the Parquet files
+    there, as 'dmil study' already does once.
     """
     with waiting("writing the report"):
         from dmil.studies.report import write_report

@@ -1,4 +1,4 @@
-"""``dmil scenarios``: which there are, and what one is."""
+"""``dmil scenarios``: list scenarios, or describe one."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ def scenarios(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Road network in CityFlow's format, with a flow, in place of a name.",
+            help="Road network in CityFlow format, with a flow, instead of a name.",
         ),
     ] = None,
     flow: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Vehicles in CityFlow's format, on those roads."),
+        typer.Option(metavar="FILE", help="Vehicles in CityFlow format, on that network."),
     ] = None,
     json: Json = False,
     debug: Debug = False,

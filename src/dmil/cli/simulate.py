@@ -1,4 +1,4 @@
-"""``dmil simulate``: one controller, one scenario, what was measured."""
+"""``dmil simulate``: run one controller on one scenario."""
 
 from __future__ import annotations
 
@@ -43,12 +43,15 @@ class SimulateParameters(ControllerOrPolicy, ScenarioRecipe, SimulatorChoice, Re
     """One controller on one scenario."""
 
     seed: int = Field(
-        0, ge=0, le=LARGEST_SEED, description="Seed of demand and chance; the first of several."
+        0,
+        ge=0,
+        le=LARGEST_SEED,
+        description="Seed of demand and random choices; the first of several.",
     )
     seeds: int = Field(1, ge=1, description="Number of seeds.")
     series: Path | None = Field(
         None,
-        description="Write V_c and queue of every second to this file, .csv or .parquet.",
+        description="Write V_c and queue for every second to this file, .csv or .parquet.",
     )
     record: Path | None = Field(
         None,
@@ -83,13 +86,13 @@ def simulate(settings: SimulateParameters, json: bool) -> None:
         dmil simulate --scenario cityflow:FOLDER --steps 3600 --seeds 5
         dmil simulate --policy policy.npz --series run.csv
 
-    A run begins with an empty network. In each step of 1 s vehicles arrive, drive on, and leave the
-    queues that have green; every decision interval the controller chooses the phases. The main
-    numbers: V_c, vehicles that reached their destination; W, the time that a vehicle waits in
-    queues, in the mean; W/V_c, the paper's headline number; travel time from departure to arrival.
-    Vehicles that have not arrived count with their time up to the end of the run.
+    A run begins with an empty network. In each step of 1 s vehicles arrive, move, and discharge
+    from queues with green; every decision interval the controller chooses phases. The main metrics:
+    V_c, vehicles that reached their destination; W, the mean time that a vehicle waits in queues;
+    W/V_c, the paper's headline metric; travel time from departure to arrival. Vehicles that have
+    not arrived count with their time up to the end of the run.
 
-    A controller that learns begins with an empty memory and learns during the run, unless it comes
+    A learning controller starts with an empty memory and learns during the run, unless it comes
     from a policy. Times are in s, rates in vehicles per s, lengths in m.
     """
     policy = settings.load_policy("leave out --policy or --controller; dmil evaluate compares both")

@@ -28,7 +28,7 @@ from dmil.studies.memories import MemoriesStudySettings
 
 
 def _folder(name: str) -> Any:
-    text = "Folder for results and report; a study begun there continues."
+    text = "Folder for results and report; a study started there is resumed."
     return Field(Path(name), description=text)
 
 
@@ -100,10 +100,10 @@ class MemoriesParameters(MemoriesStudySettings, RunningParameters):
     """The study of memories, and how it is run here."""
 
     small: bool = Field(
-        False, description="A trial of minutes: three cells, five seeds, runs of 20 minutes."
+        False, description="A quick trial: three cases, five seeds, runs of 20 minutes."
     )
     tuned_in: Path | None = Field(
-        None, description="Folder of dmil tune: controllers run with what was chosen for them."
+        None, description="Folder of dmil tune: controllers use the options chosen there."
     )
     out: Path = _folder("memories")
 
@@ -153,8 +153,8 @@ app = typer.Typer(cls=CommandGroup, add_completion=False, invoke_without_command
 def _studies(ctx: typer.Context) -> None:
     """Run a whole study and write its report.
 
-    A study runs many controllers on many seeds, keeps every run in a folder (Parquet tables, see
-    docs/results.md) and makes one page of figures, tables and verdicts from them.
+    A study runs many controllers on many seeds, stores every run in a folder (Parquet tables, see
+    docs/results.md) and turns them into one page of figures, tables and verdicts.
 
         dmil study paper --help
     """
@@ -168,13 +168,13 @@ def memories(settings: MemoriesParameters, json: bool) -> None:
     """Run the study of memories: every controller, on grids and cities, under one protocol.
 
     Rules without memory, the memories that the paper names (SARSA, dual memory, replay, episodic
-    control, pattern maps, team values), factored memory and look-ahead, on one, nine and 25
-    intersections at several loads, and on recorded cities. Those that need it are trained on
+    control, pattern maps, team values), factored memory and lookahead, on one, nine and 25
+    intersections at several loads, and on recorded cities. Learners that need it are trained on
     vehicles that no test uses; then all meet the same vehicles in the same seed.
 
-    The number compared is W: the mean time that a vehicle waits, in s, in an hour. Lower is better.
-    Differences are paired, with 95 % intervals over seeds. Beside it: what a memory takes, in
-    bytes and in time, and how many decisions pass until it is better than max-pressure.
+    The metric is W: the mean wait per vehicle, in s, over an hour. Lower is better. Differences are
+    paired, with 95 % intervals over seeds. Also: the bytes and time that a memory takes, and the
+    decisions until it outperforms max-pressure.
 
     For example:
         dmil study memories --data data
@@ -182,8 +182,8 @@ def memories(settings: MemoriesParameters, json: bool) -> None:
         dmil study memories --controllers factored,max-pressure,max-pressure,approaching=true
         dmil study memories --small --out trial
 
-    Ctrl-C keeps what is finished; the same command continues. All results but the times are the
-    same bytes however many processes run.
+    Ctrl-C keeps finished runs; repeat the command to continue. All results except times are
+    byte-identical for any number of processes.
     """
     study = settings.study
     if study.data is None and not study.cells:
@@ -197,12 +197,12 @@ def paper(settings: StudyParameters, json: bool) -> None:
     """Run the paper's study: 24 architectures of memory and reward, and the baselines.
 
     Each preset is one reading of what the paper leaves open: literal (as written), decaying (ε
-    falls during a run), matched (as the paper's magnitudes are best met). In each, every
-    architecture and every baseline meets the same vehicles in the same seed.
+    falls during a run), matched (closest to the paper's magnitudes). In each, all architectures and
+    baselines meet the same vehicles in the same seed.
 
-    The number compared is W/V_c: the mean time that a vehicle waits, in s, divided by the vehicles
-    that reached their destination by the end of the run. Lower is better. Beside it stand the
-    paper's Table II, longest-queue-first and max-pressure, and a verdict on each of the paper's
+    The metric is W/V_c: the mean wait per vehicle, in s, divided by the vehicles that reached their
+    destination by the end of the run. Lower is better. The report compares it with the paper's
+    Table II, longest-queue-first and max-pressure, and gives a verdict on each of the paper's
     claims, computed from these runs.
 
     For example:
@@ -211,12 +211,10 @@ def paper(settings: StudyParameters, json: bool) -> None:
         dmil study paper --steps 3600 --out long
         dmil study paper --executor ray --ray-address auto --seeds 1000 --out large
 
-    Ctrl-C keeps what is finished; the same command continues. The results are the same bytes
-    however many processes run, and however often they were stopped. Settings that have no option,
-    such as the short-term memory's size, go into a file: --print-config shows them all.
-
-    Marks: [P] stated by the paper, [A] assumed because no other reading tried gives its magnitudes,
-    [F] fitted to its table.
+    Ctrl-C keeps finished runs; repeat the command to continue. The results are byte-identical for
+    any number of processes and interruptions. Settings without an option, such as the size of
+    short-term memory, go into a file: --print-config shows all. Marks: [P] stated by the paper, [A]
+    assumed because no other reading tried gives its magnitudes, [F] fitted to its table.
     """
     run_and_show(PaperStudy(part_of(settings, PaperStudySettings)), settings, json)
 
@@ -224,23 +222,23 @@ def paper(settings: StudyParameters, json: bool) -> None:
 @app.command(cls=Command)
 @settings_command("study resco", RescoParameters, RESCO_OPTIONS)
 def resco(settings: RescoParameters, json: bool) -> None:
-    """Run the study on the RESCO benchmark: real roads, judged in SUMO.
+    """Run the study on the RESCO benchmark: real roads, evaluated in SUMO.
 
-    Eight networks with their recorded or made-up hour of demand, decisions every 10 s, yellow 3 s.
-    SARSA and dual memory train in the queue simulator, calibrated by one SUMO run per network, and
-    are then frozen and judged in SUMO on other seeds, beside the network's own program, SUMO's
-    actuated control, longest-queue-first, max-pressure and random. All are judged in the queue
-    simulator, too: how well both simulators agree is part of the result.
+    Eight networks with one hour of recorded or synthetic demand, decisions every 10 s, yellow 3 s.
+    SARSA and dual memory train in the queue simulator, calibrated by one SUMO run per network, are
+    then frozen and evaluated in SUMO on other seeds, against the network's own program, SUMO's
+    actuated control, longest-queue-first, max-pressure and random. All are also evaluated in the
+    queue simulator: how well the simulators agree is part of the result.
 
-    The number compared is the average delay, in s per vehicle: time lost against free flow, plus
-    the wait for entering the network. Lower is better. Published numbers stand beside ours.
+    The metric is the average delay, in s per vehicle: time lost against free flow, plus the wait
+    before entering the network. Lower is better. Published numbers are shown for comparison.
 
     For example:
         dmil study resco
         dmil study resco --scenarios cologne1,ingolstadt1 --seeds 2 --episodes 10 --out small
         dmil study resco --train-in sumo --scenarios cologne8 --out trained-in-sumo
 
-    It needs the extra sumo: pip install 'dmil[sumo]'. Ctrl-C keeps what is finished; the same
-    command continues. The results are the same bytes however many processes run.
+    It needs the extra sumo: pip install 'dmil[sumo]'. Ctrl-C keeps finished runs; repeat the
+    command to continue. The results are byte-identical for any number of processes.
     """
     run_and_show(RescoStudy(part_of(settings, RescoStudySettings)), settings, json)

@@ -25,12 +25,12 @@ class RunningParameters(BaseModel):
 
     jobs: int | None = JOBS
     executor: str = Field(
-        "local", description="Where runs happen: local (processes) or ray (extra 'ray')."
+        "local", description="Where to run: local (processes) or ray (extra 'ray')."
     )
     ray_address: str | None = Field(
-        None, description="Address of a Ray cluster; without it Ray is started here."
+        None, description="Address of a Ray cluster; by default Ray is started locally."
     )
-    report: bool = Field(True, description="Whether to write the report, too.")
+    report: bool = Field(True, description="Also write the report.")
 
     def make_executor(self) -> Executor:
         """Make what runs it."""
@@ -93,10 +93,13 @@ def _telling(advance: Progress) -> Progress:
         if not begun:
             begun.append(True)
             if done == total:
-                say(f"The folder holds this study complete, all {total} blocks: nothing to run.")
+                say(
+                    f"This study is already complete in the folder, all {total} blocks: nothing to "
+                    "run."
+                )
                 return
             if is_cold():
-                say("First start: the kernels are compiled once, which takes about half a minute.")
+                say("First start: compiling the kernels once, about half a minute.")
         advance(done, total)
 
     return tell

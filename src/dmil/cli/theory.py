@@ -1,4 +1,4 @@
-"""``dmil theory``: growth bounds of dual memory, for a choice of its settings."""
+"""``dmil theory``: growth bounds of dual memory for given settings."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ def theory(
     actions: Annotated[int, _choice("--actions", "|A|: actions of an agent.", 8)] = 8,
     staged_ratio: Annotated[
         float,
-        _choice("--staged-ratio", "κ: part of short-term memory that is staged.", 0.5, "X"),
+        _choice("--staged-ratio", "κ: fraction of short-term memory that is staged.", 0.5, "X"),
     ] = 0.5,
     stage_period: Annotated[
-        int, _choice("--stage-period", "T: decisions between two stagings.", 16)
+        int, _choice("--stage-period", "T: decisions between stagings.", 16)
     ] = 16,
     stagings: Annotated[
         int, _choice("--stagings", "n: stagings so far, for the worst case.", 10)
@@ -57,7 +57,7 @@ def theory(
         bool,
         typer.Option(
             "--statements",
-            help="Print each statement of the paper beside what is true of it.",
+            help="Print each statement of the paper and what is true of it.",
             rich_help_panel="Output",
         ),
     ] = False,
@@ -65,7 +65,7 @@ def theory(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Draw the ratios into a file: .svg, .png, .pdf or .html.",
+            help="Draw the ratios to a file: .svg, .png, .pdf or .html.",
             rich_help_panel="Output",
         ),
     ] = None,
@@ -81,9 +81,9 @@ def theory(
 
     ζ is the size of SARSA's table divided by that of dual memory, both in stored values: above 1,
     dual memory is the smaller. ζ1 is ζ right after a staging, ζ2 right before one. In the worst
-    case every decision meets a new state; in the best case no state is new any more. The table of
-    conditions says which of those for ζ ≥ 1 the choice meets. The paper prints some of them with
-    slips: --statements shows each as printed and as it should read.
+    case every decision meets a new state; in the best case no state is new any more. The table
+    shows which conditions for ζ ≥ 1 the settings meet. The paper prints some of them with errors:
+    --statements shows each as printed and as corrected.
     """
     worst = worst_case(actions, staged_ratio, stage_period, stagings)
     best = best_case(actions, stage_period, distinct_states)
@@ -133,7 +133,7 @@ def _ratio_table(worst: Ratios, best: Ratios, limit: float) -> Table:
     made = table("!", ">ζ1 after staging", ">ζ2 before staging")
     for name, ratios in (("worst case, after n stagings", worst), ("best case, M states", best)):
         made.add_row(name, *(number(value, 3) for value in _ends(ratios).values()))
-    made.add_row("worst case, n without end", number(limit, 3), number(limit, 3))
+    made.add_row("worst case, n → ∞", number(limit, 3), number(limit, 3))
     return made
 
 
@@ -159,9 +159,9 @@ def _bound(value: float | None) -> str:
 
 def _verdict(failed: list[Condition]) -> Text:
     if not failed:
-        return Text("The choice meets all conditions for ζ ≥ 1.", "green")
+        return Text("These settings meet all conditions for ζ ≥ 1.", "green")
     reasons = "; ".join(f"{condition.name} ({condition.statement})" for condition in failed)
-    return Text(f"The choice fails: {reasons}.", "red")
+    return Text(f"These settings fail: {reasons}.", "red")
 
 
 def _show_statements() -> None:

@@ -1,4 +1,4 @@
-"""``dmil train``: episodes, and a policy in a file after each."""
+"""``dmil train``: run episodes and save the policy after each."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from dmil.training import (
 from dmil.training import train as train_episodes
 from dmil.training.episodes import EpisodeRecorder, TrainingLog
 
-UNKNOWN = "Not compared yet: rules and memories that need no training may be better; this tells:"
+UNKNOWN = "Not compared yet: rules and memories without training may be better. Compare with:"
 
 
 class TrainParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
@@ -57,26 +57,26 @@ class TrainParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
         "package.module:Class.",
     )
     tuned: Path | None = Field(
-        None, description="Train the controller of a file of dmil tune with what was chosen for it."
+        None, description="Train the controller of a dmil tune file with the options chosen for it."
     )
     episodes: int = Field(
-        10, ge=1, description="Runs to learn from, those of a resumed policy included."
+        10, ge=1, description="Training runs, those of a resumed policy included."
     )
     seed: int = Field(
         0, ge=0, le=LARGEST_SEED, description="Master seed of demand and exploration."
     )
     prior: bool = Field(
         True,
-        description="Begin with what a dummy agent (exact SARSA, ε = 0.1) learns in one run, as in "
-        "the paper's training phase; for sarsa and dual-memory.",
+        description="Start from the Q-table that exact SARSA (ε = 0.1) learns in one run, the "
+        "dummy agent of the paper's training phase; for sarsa and dual-memory.",
     )
     compare: bool = Field(
         True,
-        description="Say at the end how the policy compares with what needs no training, in the "
+        description="Finally compare the policy with controllers that need no training, in the "
         "queue simulator.",
     )
     out: Path | None = Field(
-        None, description="File of the policy, .npz; with --resume by default the resumed one."
+        None, description="Policy file, .npz; with --resume by default the resumed one."
     )
     log: Path | None = Field(
         None,
@@ -85,8 +85,7 @@ class TrainParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
     )
     resume: Path | None = Field(
         None,
-        description="Go on with the training of this policy: scenario, controller and seed are its "
-        "own.",
+        description="Resume the training of this policy with its scenario, controller and seed.",
     )
 
 
@@ -116,16 +115,16 @@ def train(settings: TrainParameters, json: bool) -> None:
         dmil train --resume policy.npz --episodes 20
         dmil evaluate --policy policy.npz
 
-    Each episode is one run with demand and exploration of its own; the memory stays from episode to
-    episode. After each one the policy is saved, and its line shows travel time and wait per vehicle
-    in s, W/V_c, and the memory's entries per intersection. These numbers include exploration: use
-    evaluate to judge the policy.
+    Each episode is one run with its own demand and exploration; the memory is kept between
+    episodes. After each one the policy is saved, and a line shows travel time and wait per vehicle
+    in s, W/V_c, and memory entries per intersection. These numbers include exploration: use
+    evaluate to assess the policy.
 
-    The last lines set the policy beside rules and memories that need no training: often these are
-    better, on your network, too. (Not with --simulator sumo: evaluate tells it there.)
+    The last lines compare the policy with rules and memories that need no training: often these are
+    better. (Not with --simulator sumo: use evaluate there.)
 
-    Ctrl-C keeps the last finished episode. A resumed training ends with the same bytes as one that
-    was not interrupted.
+    Ctrl-C keeps the last finished episode. Resumed training gives the same bytes as uninterrupted
+    training.
     """
     before = load_policy(settings.resume) if settings.resume else None
     if before is not None and settings.resume is not None:
@@ -149,7 +148,7 @@ def train(settings: TrainParameters, json: bool) -> None:
     if before is not None:
         controller = controller_of(before, scenario.network, where=str(settings.resume))
     elif settings.prior and _begins_from_prior(settings.controller.name):
-        with waiting("training the dummy agent"):
+        with waiting("pretraining the Q-table"):
             announced = bool(options.get("announced", False))
             prior = train_prior(
                 scenario, reward, settings.seed, announced=announced, simulator=simulator
@@ -211,11 +210,11 @@ class _Keeper(EpisodeRecorder):
 
 
 def _judged(settings: TrainParameters, scenario: Scenario, out: Path) -> Comparison | None:
-    """Compare the policy where that is quick, and where it runs no code of others."""
+    """Compare the policy where that is quick and runs no third-party code."""
     if settings.simulator != "queue" or ":" in settings.controller.name:
         return None
     whole = f"the policy is whole; judge it: dmil evaluate --policy {out}"
-    with stopping(whole), waiting("comparing it with what needs no training"):
+    with stopping(whole), waiting("comparing with controllers that need no training"):
         return judged(out, load_policy(out), recipe_of(settings), scenario)
 
 
@@ -224,7 +223,7 @@ def _resumed(settings: TrainParameters, policy: Policy, where: str) -> TrainPara
     record = policy.training
     if not {"recipe", "seed", "prior", "episodes"} <= record.keys():
         raise InputError(
-            "it does not say how it was trained", where=where, expected="a policy of dmil train"
+            "it does not record how it was trained", where=where, expected="a policy of dmil train"
         )
     own: dict[str, Any] = {
         **record["recipe"],
@@ -254,7 +253,7 @@ def _begins_from_prior(name: str) -> bool:
 
 
 def _as_tuned(settings: TrainParameters, path: Path) -> TrainParameters:
-    """Take the controller and its options from a tuning; those that were given go over them."""
+    """Take the controller and its options from a tuning; given ones override them."""
     tuned = load_tuned(path)
     given = settings.controller if "controller" in settings.model_fields_set else None
     if given is not None and given.name != tuned.controller:
@@ -277,7 +276,7 @@ def _checked(settings: TrainParameters, options: dict[str, Any]) -> MemoryContro
     controller = make_controller(settings.controller.name, options)
     if not isinstance(controller, MemoryController):
         raise InputError(
-            "it has no memory, so there is nothing to train",
+            "it does not learn, so there is nothing to train",
             where=f"controller '{settings.controller.name}'",
             expected="one that learns, such as "
             + " or ".join(name for name, entry in CONTROLLERS.items() if entry.learns),
@@ -308,7 +307,7 @@ JSON = (*(name for name, _, _ in COLUMNS), "bytes_total")
 
 
 def _tell_row(row: dict[str, Any], tell: Callable[[str], None], *, first: bool) -> None:
-    """Print a line as soon as its episode is over; a table would wait for the last one."""
+    """Print a line after each episode; a table would wait for the last one."""
     if first:
         tell("  ".join(title for _, title, _ in COLUMNS))
     cells = (f"{number(row[name], digits):>{len(title)}}" for name, title, digits in COLUMNS)

@@ -1,4 +1,4 @@
-"""How a policy compares, said where it was trained: nobody is sent to an agent that loses."""
+"""How a policy compares, shown after training, so that a losing agent is not recommended."""
 
 from __future__ import annotations
 
@@ -37,17 +37,18 @@ def verdict(found: Comparison, path: Path) -> list[str]:
     better = [label for label, mean in zip(found.labels, means, strict=True) if mean < means[own]]
     runs = f"mean of {len(found.seeds)} runs" if len(found.seeds) > 1 else "one run"
     if means[own] != means[own]:
-        said = "No vehicle departed: nothing is compared."
+        said = "No vehicle departed, so nothing is compared."
     elif better:
         said = (
-            f"{path.name} loses to {better[0]}, which was not trained, by "
+            f"{path.name} loses to {better[0]}, which needs no training, by "
             f"{number(means[own] - means[0], 1)} s per vehicle."
         )
     else:
-        said = f"{path.name} has the least delay of these."
+        said = f"{path.name} has the lowest delay."
     width = max(map(len, found.labels))
     return [
-        f"Frozen, beside what needs no training: delay in s, {runs} in the queue simulator:",
+        f"Frozen, against controllers that need no training: delay in s, {runs} in the queue "
+        "simulator:",
         *(
             f"  {label:{width}}  {number(mean, 1):>8}"
             for label, mean in zip(found.labels, means, strict=True)

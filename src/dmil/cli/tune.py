@@ -43,11 +43,12 @@ class TuneParameters(ScenarioRecipe, SimulatorChoice, RewardChoice, TuningSettin
     """A tuning of some controllers."""
 
     controller: Controllers = Field(
-        (), description="Controller to tune; may be repeated. Options given with it stay as given."
+        (), description="Controller to tune; may be repeated. Options given with it stay fixed."
     )
-    changes: dict[str, Any] = Field({}, description="Options of all controllers that stay.")
+    changes: dict[str, Any] = Field({}, description="Options to keep fixed for all controllers.")
     out: Path = Field(
-        Path("tuned"), description="Folder for a file per controller; those begun there go on."
+        Path("tuned"),
+        description="Folder for one file per controller; tunings started there are resumed.",
     )
     jobs: int | None = JOBS
 
@@ -69,7 +70,7 @@ app = typer.Typer(add_completion=False)
 @app.command(cls=Command)
 @scenario_command("tune", TuneParameters, OPTIONS, complete_scenario)
 def tune(settings: TuneParameters, json: bool) -> None:
-    """Choose options of controllers on tuning seeds, with the same budget for each.
+    """Tune options of controllers on tuning seeds, with the same budget for each.
 
     For example:
         dmil tune --scenario grid:3x3 --controller sarsa --controller dual-memory
@@ -77,20 +78,20 @@ def tune(settings: TuneParameters, json: bool) -> None:
         dmil train --tuned tuned/sarsa.json --scenario grid:3x3 --out policy.npz
         dmil evaluate --tuned tuned/longest-queue-first.json --scenario grid:3x3
 
-    Candidates begin on a ninth of the tuning seeds; of each three about one goes on to three times
-    as many (successive halving). The best of them meets the defaults once more on further tuning
-    seeds, and is chosen only if it is better there, too. No command takes a tuning seed as its
-    --seed, so what is tuned has never seen a test's vehicles or chance.
+    Candidates start on a ninth of the tuning seeds; about one in three advances to three times as
+    many (successive halving). The best one is compared with the defaults on further tuning seeds
+    and chosen only if it is better there as well. No command accepts a tuning seed as its --seed,
+    so tuning never sees the vehicles or random numbers of a test.
 
-    The budget counts runs of the scenario's length, those of training included. Every score is
-    kept: after Ctrl-C the same command goes on.
+    The budget counts runs of the scenario's length, training included. Every score is kept: after
+    Ctrl-C repeat the command to continue.
     """
     chosen = (
         Variant(choice.name, choice.options | settings.changes) for choice in settings.controller
     )
     variants = {variant.label: variant for variant in chosen}
     if not variants:
-        raise InputError("nobody to tune", where="tune", mend="add --controller NAME")
+        raise InputError("nothing to tune", where="tune", mend="add --controller NAME")
     recipe = recipe_of(settings)
     built(recipe)  # what is wrong with the files is said before hours of work, and what is left out
     compile_first()
@@ -118,19 +119,19 @@ def tune(settings: TuneParameters, json: bool) -> None:
                 show(*_lines(tuned, path), "")
     if found[0][1].same_demand:
         say(
-            "The vehicles are recorded, the same in every seed: a test on this scenario has the "
-            "vehicles that were tuned on. Judge it on another one."
+            "The vehicles are recorded, the same in every seed: a test on this scenario uses the "
+            "tuning vehicles. Evaluate on another one."
         )
     if json:
         print_json({"tuned": [{"file": path} | tuned.summary() for path, tuned in found]})
 
 
 def _lines(tuned: Tuned, path: Path) -> list[str]:
-    """Return what a tuning found, for people."""
+    """Return what a tuning found, as text."""
     told = tuned.summary()
     head = f"{tuned.label} on {tuned.cell}"
     if not tuned.space:
-        return [f"{head}: no option to tune, budget 0"]
+        return [f"{head}: nothing to tune, budget 0"]
     lines = [
         head,
         f"  budget: {tuned.runs} of {told['budget_runs']} runs of {tuned.horizon_s} s used, "
@@ -149,7 +150,7 @@ def _lines(tuned: Tuned, path: Path) -> list[str]:
             f"  defaults {means[0]}, best {means[1]}: {percent[0]} % [{percent[1]}, {percent[2]}]",
         ]
     else:
-        lines.append(f"  {metric}: no candidate is better than the defaults")
+        lines.append(f"  {metric}: no candidate beats the defaults")
     options = Variant(tuned.controller, tuned.chosen).label.split(",")[1:]
     chosen = "the defaults" if told["defaults_kept"] else ", ".join(options)
     return [*lines, f"  chosen: {chosen}", f"  {path}"]

@@ -36,9 +36,9 @@ app = typer.Typer(add_completion=False)
 
 @app.command(cls=Command)
 def version(json: Json = False, debug: Debug = False) -> None:
-    """Print the versions of dmil, Python and the packages it stands on, and the extras installed.
+    """Print the versions of dmil, Python, its dependencies and installed extras.
 
-    These are the first lines of a good report of a problem. A study notes them in its manifest.
+    Include them in bug reports. A study records them in its manifest.
     """
     found = {"dmil": __version__, "python": platform.python_version()}
     packages = {name: version for name in PACKAGES if (version := _version(name))}

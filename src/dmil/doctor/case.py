@@ -151,7 +151,7 @@ def read_case(
     if given.network and given.flow:
         if begin_s is not None or phases is not None or routing is not None:
             raise InputError(
-                "CityFlow's files have neither a begin nor phases nor ways to choose",
+                "CityFlow files have no begin, phases or routing to choose",
                 where=str(given.network),
                 mend="leave --begin, --phases and --routing out",
             )

@@ -98,28 +98,30 @@ def _on_load(item: IntersectionFacts) -> Iterator[Finding]:
     if load is None:
         return
     if not item.vehicles:
-        yield finding("idle-intersection", place, "no vehicle passes it")
+        yield finding("idle-intersection", place, "no vehicles pass")
         return
     if load.degree > FULL:
         yield finding(
             "demand-beyond-capacity",
             place,
-            f"in the busiest 15 minutes its vehicles need {load.degree:.0%} of its time",
+            f"degree of saturation in the busiest 15 minutes: {load.degree:.0%}",
         )
     elif load.program_degree is not None and load.program_degree > FULL:
         needed = (
-            "green, and the program has none for them"
+            "green but get none"
             if math.isinf(load.program_degree)
             else f"{load.program_degree:.2f} times the green that they have"
         )
         yield finding(
             "program-beyond-capacity",
             place,
-            f"in the busiest 15 minutes some vehicles need {needed}; with other greens all "
-            f"could go in {load.degree:.0%} of the time",
+            f"in the busiest 15 minutes some vehicles need {needed}; the best splits give a degree "
+            f"of saturation of {load.degree:.0%}",
         )
     for index, phase in enumerate(item.phases):
         if not phase.vehicles:
             yield finding(
-                "idle-phase", place, f"nobody wants to go where phase {index} ({phase.name}) leads"
+                "idle-phase",
+                place,
+                f"no vehicle uses the movements of phase {index} ({phase.name})",
             )

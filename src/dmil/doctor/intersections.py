@@ -46,7 +46,7 @@ class Phase:
     Parameters
     ----------
     name
-        Whom it serves, such as "N/S F+R".
+        The movements it serves, such as "N/S F+R".
     planned_green_s
         Seconds of green per cycle, None where the own program never shows it.
     load

@@ -1,4 +1,4 @@
-"""How much of its time an intersection needs: critical movements, in the mean and at the peak."""
+"""Degree of saturation of an intersection: critical movements, on average and at the peak."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def load_of(
     """Compare flows with what the signals can serve (ours; critical movements as in the HCM).
 
     Vehicles spread over the lanes of their movement as evenly as the other movements there allow.
-    Who gives way counts as if nobody were in the way, so real loads are somewhat higher.
+    Yielding vehicles count as if unopposed, so real loads are somewhat higher.
 
     Parameters
     ----------

@@ -80,14 +80,16 @@ def _on_program(case: Case, item: Intersection) -> Iterator[Finding]:
     junctions = case.sumo.junctions.get(item.id, 1) if case.sumo else 1
     all_red_s = case.sumo.all_red_s.get(item.id, 0.0) if case.sumo else 0.0
     if junctions > 1:
-        yield finding("several-junctions", place, f"its controller governs {junctions} junctions")
+        yield finding(
+            "several-junctions", place, f"its signal controller serves {junctions} junctions"
+        )
     sharing = [j for j, rivals in enumerate(rivals_of_lanes(item)) if rivals]
     if sharing:
         yield finding(
             "shared-lanes",
             place,
-            f"{len(sharing)} of its {len(item.movements)} movements share lanes with others that "
-            "have green at other times",
+            f"{len(sharing)} of its {len(item.movements)} movements share lanes with movements "
+            "that have green in other phases",
         )
     if len(item.phases) == 1 and not case.sumo:  # of SUMO's the reader has said so
         yield finding("single-action", place, "it has one phase", mend="Give it more phases.")
@@ -98,12 +100,12 @@ def _on_program(case: Case, item: Intersection) -> Iterator[Finding]:
     if item.program.adaptive:
         yield finding("adaptive-program", place, "its program is actuated")
     if item.program.cycle_s > LONGEST_CYCLE_S:
-        yield finding("long-cycle", place, f"its cycle takes {item.program.cycle_s:g} s")
+        yield finding("long-cycle", place, f"its cycle is {item.program.cycle_s:g} s")
     if item.clearance_s >= timing.decision_interval_s:
         yield finding(
             "clearance-beyond-interval",
             place,
-            f"its program clears for {item.clearance_s:g} s, decisions are every "
+            f"its clearance is {item.clearance_s:g} s, the decision interval "
             f"{timing.decision_interval_s} s",
         )
     if all_red_s:
@@ -118,8 +120,8 @@ def _on_program(case: Case, item: Intersection) -> Iterator[Finding]:
         yield finding(
             "mixed-stage",
             place,
-            f"in stage{'s' if len(mixed) > 1 else ''} {', '.join(mixed)} of its program some "
-            "begin to go while others still clear",
+            f"in stage{'s' if len(mixed) > 1 else ''} {', '.join(mixed)} of its program have green "
+            "and yellow at once",
         )
 
 
@@ -130,12 +132,14 @@ def _on_links(case: Case) -> Iterator[Finding]:
     crossed = {junction.id for junction in network.junctions} | signalled.keys()
     for index, link in enumerate(network.links):
         if link.end in crossed and not network.successors[index]:
-            yield finding("dead-end", f"link {link.id}", f"no movement leads on at node {link.end}")
+            yield finding(
+                "dead-end", f"link {link.id}", f"no movement leads out of it at node {link.end}"
+            )
         if link.end in signalled and 0 < link.length_m < space_m:
             yield finding(
                 "short-link",
                 f"link {link.id}",
-                f"it is {link.length_m:.1f} m long, a queued vehicle takes {space_m:.1f} m",
+                f"it is {link.length_m:.1f} m long, a queued vehicle {space_m:.1f} m",
             )
     yield from _on_reach(network)
 
@@ -147,8 +151,8 @@ def _on_reach(network: RoadNetwork) -> Iterator[Finding]:
         for onto in following:
             backward[onto].append(index)
     for ends, ways, what in (
-        (network.entry_links, forward, "no road into the network leads to it"),
-        (network.exit_links, backward, "no way leads from it out of the network"),
+        (network.entry_links, forward, "not reachable from any entry"),
+        (network.exit_links, backward, "no exit is reachable from it"),
     ):
         reached = _reached(ends, ways)
         if ends:

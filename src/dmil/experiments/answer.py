@@ -25,7 +25,7 @@ def answer(found: Comparison) -> str:
     what was seen.
     """
     if found.withheld:
-        return "Which to use is not answered: the comparison is not fair, so none is preferred."
+        return "No recommendation: the comparison is not fair."
     values = found.measures[METRIC].mean(axis=0)
     usable = [
         i
@@ -33,11 +33,11 @@ def answer(found: Comparison) -> str:
         if values[i] == values[i] and _name(found.labels[i]) not in NO_RIVALS
     ]
     if not usable:
-        return "Which to use is not answered: no vehicle departed."
+        return "No recommendation: no vehicle departed."
     best = usable[0]
     plan = next((i for i in usable if _name(found.labels[i]) == PLAN), None)
     if len(usable) == 1:
-        text = f"{_called(found.labels[best])} is alone: nobody to compare it with."
+        text = f"{_called(found.labels[best])} is alone: there is nothing to compare it with."
     elif found.one_day or len(found.seeds) == 1:
         text = _seen(found, usable, plan)
     else:
@@ -92,7 +92,7 @@ def _seen(found: Comparison, usable: list[int], plan: int | None) -> str:
     mend = "--resample for other days like it" if found.same_demand else "--seeds 10"
     return (
         f"{when} {_listed(least)} {verb} the least delay, {values[usable[0]]:.1f} s per "
-        f"vehicle{beside}. More it does not show: add {mend}."
+        f"vehicle{beside}. For a verdict add {mend}."
     )
 
 

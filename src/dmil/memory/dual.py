@@ -43,8 +43,8 @@ class DualMemory(NamedTuple):
     stage_period: int
         T_stage: stage after this many writes instead of when full; 0 for the rule "when full".
     least_tried: int
-        How many actions of a class must have been tried before short-term memory tells or stages
-        the best of them.
+        Actions of a class that must have been tried before short-term memory uses or stages the
+        best of them.
     admission: Admission
         Cap on the long-term memory, and who may stay under it.
     """

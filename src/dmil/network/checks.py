@@ -64,7 +64,7 @@ def _unique(names: Iterable[str], kind: str, where: str) -> None:
             raise NetworkError(
                 f"{count} {kind}s are named '{name}'",
                 where=where,
-                expected=f"a name of its own for every {kind}",
+                expected=f"a unique name for every {kind}",
                 mend=f"rename all but one {kind}",
             )
 
@@ -208,7 +208,7 @@ def _check_phases(node: Intersection, where: str) -> None:
             raise NetworkError(
                 f"it serves movement {min(phase & node.unsignalled)}, which is unsignalled",
                 where=place,
-                mend="unsignalled movements always may go: name them in no phase",
+                mend="unsignalled movements are always open: name them in no phase",
             )
         if phase in node.phases[:index]:
             raise NetworkError(
@@ -221,7 +221,7 @@ def _check_phases(node: Intersection, where: str) -> None:
         movement = node.movements[min(never)]
         raise NetworkError(
             f"movement {min(never)} ({movement.from_link} to {movement.to_link}) is served by no "
-            "phase, its vehicles would wait for ever",
+            "phase, so its vehicles would wait forever",
             where=where,
             mend="add it to a phase, make it unsignalled, or remove it",
         )
@@ -258,7 +258,7 @@ def _check_priority(node: Intersection, where: str) -> None:
     count = len(node.movements)
     if len(node.gives_way) not in (0, count):
         raise NetworkError(
-            f"it says for {len(node.gives_way)} movements to whom they give way",
+            f"it says for {len(node.gives_way)} movements that they yield to",
             where=where,
             expected=f"nothing, or an entry for each of the {count} movements",
         )
@@ -276,7 +276,7 @@ def _check_priority(node: Intersection, where: str) -> None:
             del waiting[j]
     if waiting:
         raise NetworkError(
-            f"movements {', '.join(map(str, sorted(waiting)))} give way to each other in a circle",
+            f"movements {', '.join(map(str, sorted(waiting)))} yield to each other in a circle",
             where=where,
-            mend="break the circle: all of them would wait for ever",
+            mend="break the circle: all of them would wait forever",
         )

@@ -12,7 +12,7 @@ from dmil.network.program import Program, Stage
 YELLOW_S = 6.0
 """Longest yellow; so long is none for which a movement first gets green (MUTCD 4F.17: 3 to 6 s)."""
 CLEARANCE_S = 12.0
-"""Longest clearance in which nobody goes: a yellow and an all-red of at most 6 s (ibidem)."""
+"""Longest clearance without any green: a yellow and an all-red of at most 6 s (ibidem)."""
 _RANK: dict[Turn, int] = {"straight": 3, "left": 2, "right": 1, "uturn": 0}
 """CityFlow's ``RoadLinkType``: where two ways cross, the lower one yields."""
 
@@ -109,7 +109,7 @@ def _longest_s(stages: Sequence[Stage]) -> float:
 def give_way(
     movements: Sequence[Movement], ways: Sequence[Segments], served: Sequence[Served]
 ) -> tuple[tuple[int, ...], ...]:
-    """Find to whom every movement yields, as at CityFlow's crossing lane links.
+    """Find the movements that each movement yields to, as at CityFlow's crossing lane links.
 
     Where the ways of two movements cross that have green in one phase, the turn yields: left to
     straight on, right to left, and a U-turn to all (``Cross::canPass`` in ``roadnet.cpp``). Two of

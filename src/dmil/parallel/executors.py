@@ -76,7 +76,7 @@ class LocalExecutor:
             ) from None
         finally:
             with _put_off(signal.SIGINT, signal.SIGTERM):  # a second Ctrl-C would leave it hanging
-                if not finished:  # nobody waits for what has begun
+                if not finished:  # do not wait for started work
                     _terminate(pool)
                     self._kept = None
                 if pool is not self._kept:

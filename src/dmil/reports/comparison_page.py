@@ -51,7 +51,7 @@ def write_comparison(
     OutputError
         The file cannot be written.
     """
-    seeds = "every dot a seed, the black one the mean" if len(found.seeds) > 1 else "one seed"
+    seeds = "each dot is a seed, the black one the mean" if len(found.seeds) > 1 else "one seed"
     sure = "" if found.one_day or len(found.seeds) == 1 else ", the line its 95 % interval"
     ranking = figure(
         "ranking",
@@ -60,7 +60,7 @@ def write_comparison(
         f"Delay per vehicle, least first: {seeds}{sure}.",
         contenders_chart(found, METRIC, "delay, s per vehicle"),
     )
-    caption = "The network; numbers at intersections are those of the list, colours their shapes."
+    caption = "The network; intersection numbers as in the list, colours by shape."
     chart = figure("network", "network", title, caption, network_chart(diagnosis))
     columns = [name for name in COMPARISON_PAGE if _is_known(found, name)]
     page = (
@@ -110,7 +110,7 @@ def _answers(found: Comparison) -> list[dict[str, Any]]:
         low, high = cell["low"], cell["high"]
         verdict = "one day, no interval" if found.one_day else "one seed shows nothing"
         if low is not None and high is not None:
-            verdict = "less" if high < 0 else "more" if low > 0 else "not shown to differ"
+            verdict = "less" if high < 0 else "more" if low > 0 else "no difference shown"
         answers.append({"label": label, "verdict": verdict, **cell})
     return answers
 

@@ -208,9 +208,9 @@ def _legend(sheet: Sheet, item: Intersection, y: float) -> None:
     x = 2.0
     entries: list[tuple[str, str, tuple[int, ...]]] = [("may go", GO, ())]
     if any(not phase.isdisjoint(foes) for phase in item.phases for foes in _foes(item, phase)):
-        entries.append(("may go, gives way", GO, YIELD_DASH))
+        entries.append(("green, yields", GO, YIELD_DASH))
     if item.unsignalled:
-        entries.append(("may always go", FREE, ()))
+        entries.append(("always open", FREE, ()))
     for words, colour, dash in entries:
         sheet.arrows([np.array([[x, y], [x + 15, y], [x + 28, y]])], colour, 1.6, dash=dash)
         sheet.text((x + 34, y), words, 10.5)

@@ -237,7 +237,7 @@ def _foot(sheet: Sheet, diagnosis: Diagnosis, frame: _Frame) -> None:
         sheet.line(np.array([[x, row], [x + 18, row]]), colour, width)
         sheet.text((x + 23, row), text, 10.5, colour=INK)
         x += needed
-    for text, node in (("vehicles come and go", True), ("junction without signals", False)):
+    for text, node in (("boundary node", True), ("junction without signals", False)):
         if not (diagnosis.network.fringe if node else diagnosis.network.junctions):
             continue
         needed = 14 + text_width(text, 10.5) + 16

@@ -25,14 +25,12 @@ class Calibration(BaseModel):
     version: Literal[1] = Field(1, description="Version of this file's form.")
     scenario: str = Field(description="Scenario that was measured.")
     links_digest: str = Field(description="Digest of the ids of the network's links.")
-    controller: str = Field(description="Who drove the signals in the run.")
+    controller: str = Field(description="Controller in the run.")
     seed: int = Field(ge=0, description="Seed of the run.")
     saturation_flow_veh_per_s: float = Field(
-        gt=0, description="Vehicles per second and lane that a standing queue discharges at."
+        gt=0, description="Saturation flow of a standing queue, in vehicles per second and lane."
     )
-    startup_lost_s: int = Field(
-        ge=0, description="Seconds of green that are lost until it does, rounded."
-    )
+    startup_lost_s: int = Field(ge=0, description="Start-up lost time in s, rounded.")
     start_wave_veh_per_s: float = Field(
         ge=0, description="Vehicles per second and lane that begin to move at green."
     )
@@ -41,7 +39,7 @@ class Calibration(BaseModel):
         "before it."
     )
     link_free_s: tuple[float, ...] = Field(
-        description="Seconds of them that do not count as delay: those of free flow."
+        description="Of these, the free-flow seconds, which do not count as delay."
     )
     headways: int = Field(ge=0, description="Headways behind standing queues that were measured.")
     passages: int = Field(ge=0, description="Undisturbed passages of links that were measured.")

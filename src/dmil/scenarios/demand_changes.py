@@ -42,36 +42,36 @@ class DemandChanges(BaseModel):
 
     arrivals: Literal["poisson", "compound"] | None = Field(
         None,
-        description="How vehicles arrive: poisson (one by one) or compound (in batches; compound "
-        "Poisson, which the paper names).",
+        description="How vehicles arrive: poisson (one by one) or compound (in batches: the "
+        "compound Poisson process that the paper names).",
     )
     batch_veh: float | None = Field(
         None,
         ge=1,
         le=LARGEST_BATCH_VEH,
         allow_inf_nan=False,
-        description="Mean vehicles in a batch of compound arrivals, geometrically distributed; by "
-        f"default {DEFAULT_BATCH_VEH:g}.",
+        description="Mean batch size of compound arrivals, in vehicles, geometrically "
+        f"distributed; by default {DEFAULT_BATCH_VEH:g}.",
     )
     batch_probability: dict[_BatchSize, float] | None = Field(
         None,
-        description="Probability of every size of a batch instead, such as { 1 = 0.5, 4 = 0.5 }.",
+        description="Probability of each batch size instead, such as { 1 = 0.5, 4 = 0.5 }.",
     )
     rate_veh_per_min: dict[str, _Rate] | None = Field(
         None,
-        description="Vehicles per minute by boundary node or by side of a grid, such as "
-        "{ E = 5, N = 5, W = 10, S = 7 }; a node without an entry sends nobody. On a network with "
+        description="Vehicles per minute per boundary node or side of a grid, such as "
+        "{ E = 5, N = 5, W = 10, S = 7 }; nodes without an entry send none. On a network with "
         "recorded vehicles they replace these.",
     )
     profile: tuple[tuple[_Time, _Factor], ...] | None = Field(
         None,
-        description="Factor on the rates over time as [second, factor], the first at 0, such as "
+        description="Factor on the rates over time as [second, factor], starting at 0, such as "
         "[[0, 0.5], [1800, 2], [3600, 0.5]].",
     )
     profile_between: Literal["step", "linear"] | None = Field(
         None,
-        description="Between two times of the profile: step (the earlier factor, the default) or "
-        "linear.",
+        description="Between two times of the profile: step (keep the earlier factor, the "
+        "default) or linear.",
     )
 
     @field_validator("batch_probability", "rate_veh_per_min", "profile")
@@ -239,7 +239,7 @@ def _recorded(demand: Demand, network: RoadNetwork, where: str) -> InputError:
         f"({type(demand).__name__})",
         where=where,
         expected="random arrivals where this is given",
-        mend="leave it out, or give rates of boundary nodes, too: --rates NODE=5,NODE=10",
+        mend="leave it out, or also give rates of boundary nodes: --rates NODE=5,NODE=10",
     )
 
 

@@ -28,34 +28,33 @@ class QueueDynamics(Settings):
         default=1.0,
         gt=0,
         allow_inf_nan=False,
-        description="Vehicles per second and lane that a queue discharges at green (the paper's "
-        "v*, which it does not state).",
+        description="Saturation flow in vehicles per second and lane (the paper's v*, which it "
+        "does not state).",
     )
     storage: bool = Field(
         default=False,
-        description="Whether links hold a finite number of vehicles, so that queues spill back "
-        "(paper: no).",
+        description="Whether links have finite storage, so that queues spill back (paper: no).",
     )
     vehicle_space_m: float = Field(
         default=7.5,
         gt=0,
         allow_inf_nan=False,
-        description="Metres of one lane that a queued vehicle takes up, its gap included; used "
-        "with storage only.",
+        description="Lane metres per queued vehicle, gap included; used with storage only.",
     )
     gap_wait_s: int = Field(
         default=20,
         ge=0,
-        description="Longest wait in seconds, at the head of a lane, of a vehicle that gives way "
-        "to others with green and a queue; used where a network says who gives way (paper: no).",
+        description="Maximum wait in seconds of a yielding vehicle at the head of a lane while "
+        "others with green and a queue have priority; used where a network defines who yields "
+        "(paper: no).",
     )
     start_wave_veh_per_s: float = Field(
         default=0.0,
         ge=0,
         allow_inf_nan=False,
-        description="Vehicles per second and lane that begin to move in a queue at green; they are "
-        "not in the queue any more that controllers see. 0: until it has left, every vehicle is "
-        "(paper).",
+        description="Vehicles per second and lane that start to move in a queue at green; moving "
+        "vehicles no longer count in the queue that controllers see. 0: a vehicle counts "
+        "until it has left (paper).",
     )
 
 

@@ -98,44 +98,40 @@ class ScenarioRecipe(BaseModel):
         None, description="Name of the scenario, such as grid:5x5 or cityflow:FOLDER."
     )
     roadnet: Path | None = Field(
-        None, description="Road network in CityFlow's format; with a flow, instead of a name."
+        None, description="Road network in CityFlow format; with --flow, replaces --scenario."
     )
-    flow: Path | None = Field(
-        None, description="Vehicles in CityFlow's format, on the roads of that network."
-    )
+    flow: Path | None = Field(None, description="Vehicles in CityFlow format, on that network.")
     net: Path | None = Field(
-        None, description="Road network of SUMO (.net.xml); with routes, instead of a name."
+        None, description="SUMO road network (.net.xml); with --routes, replaces --scenario."
     )
     routes: tuple[Path, ...] = Field(
-        (), description="SUMO's route files (.rou.xml) on that network: vehicles, trips, flows."
+        (), description="SUMO route files (.rou.xml) on that network: vehicles, trips, flows."
     )
-    additional: tuple[Path, ...] = Field(
-        (), description="SUMO's additional files (.add.xml) beside network and routes."
-    )
+    additional: tuple[Path, ...] = Field((), description="SUMO additional files (.add.xml).")
     begin_s: int | None = Field(
         None,
         ge=0,
         le=LONGEST_RUN_S,
-        description="SUMO's second at which a run begins; by default that of the configuration, "
+        description="SUMO time at which a run begins, in s; by default that of the configuration, "
         "or 0.",
     )
     phases: Phases | None = Field(
         None,
-        description="Phases of a SUMO network: program (those of its own signal programs, the "
-        "default) or derived (from the movements that do not cross).",
+        description="Phases of a SUMO network: program (those of its signal programs, the "
+        "default) or derived (from movements that do not conflict).",
     )
     routing: Routing | None = Field(
         None,
-        description="Ways of SUMO's trips: sumo (it runs once and chooses by the traffic, the "
-        "default where it is installed), mesoscopic (the same in a tenth of the time, by its "
-        "model of queues) or free-flow.",
+        description="Routing of SUMO's trips: sumo (one run of SUMO with congestion, the default "
+        "where it is installed), mesoscopic (the same with its mesoscopic model, in a tenth "
+        "of the time) or free-flow.",
     )
     horizon_s: int | None = Field(
         None,
         ge=1,
         le=LONGEST_RUN_S,
-        description="Length of a run in s; by default 300 on grids, and until the last departure, "
-        "rounded up to 600 s, for recorded vehicles.",
+        description="Length of a run in s; by default 300 on grids; for recorded vehicles until "
+        "the last departure, rounded up to 600 s.",
     )
     load: float = Field(
         1.0,
@@ -146,27 +142,27 @@ class ScenarioRecipe(BaseModel):
     )
     resample: bool = Field(
         False,
-        description="Draw for every seed another day from recorded vehicles: as many, some of them "
-        "twice and some not at all, each departing a little sooner or later.",
+        description="Bootstrap the recorded vehicles for every seed: as many vehicles, some "
+        "twice, some not at all, with departures shifted slightly.",
     )
     resample_shift_s: int | None = Field(
         None,
         ge=0,
         le=LONGEST_RUN_S,
-        description=f"Most seconds that a departure of such a day moves, by default {SHIFT_S}.",
+        description=f"Maximum shift of a departure in s, by default {SHIFT_S}.",
     )
     ties: Ties | None = Field(
         None,
-        description="What decides between equally short ways of random arrivals: straight "
-        "(straight on first, which leaves one way per pair of nodes on a grid; the default) or "
-        "coin (at every place a fair coin, drawn in advance).",
+        description="Choice between equally short routes of random arrivals: straight (straight "
+        "on first, which gives one route per pair of nodes on a grid; the default) or coin (a "
+        "fair coin at every choice, drawn in advance).",
     )
     calibration: Path | None = Field(
         None,
-        description="What dmil calibrate has measured in SUMO; the queue simulator uses it.",
+        description="Calibration of the queue simulator, from dmil calibrate.",
     )
-    timing: TimingChanges = Field(TimingChanges(), description="When signals may change.")
-    dynamics: DynamicsChanges = Field(DynamicsChanges(), description="How queues discharge.")
+    timing: TimingChanges = Field(TimingChanges(), description="Signal timing.")
+    dynamics: DynamicsChanges = Field(DynamicsChanges(), description="Queue dynamics.")
     demand: DemandChanges = Field(
         DemandChanges(), description="Random arrivals in place of the scenario's own demand."
     )

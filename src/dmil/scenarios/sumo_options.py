@@ -147,7 +147,7 @@ GROUPS = (
     ),
     Group(
         "harmless",
-        "they are about who talks to SUMO, and vehicles to each other",
+        "they concern connections to SUMO and communication between vehicles",
         """
         remote-port num-clients device.btreceiver.probability
         device.btreceiver.explicit|device.btreceiver.knownveh device.btreceiver.deterministic
@@ -177,7 +177,7 @@ GROUPS = (
     ),
     Group(
         "sumo",
-        "they change how SUMO drives, and it is told them",
+        "they change how SUMO drives, and are passed to it",
         """
         ignore-route-errors
         step-method.ballistic extrapolate-departpos lateral-resolution no-internal-links
@@ -203,7 +203,7 @@ GROUPS = (
     ),
     Group(
         "noted",
-        "they weigh the ways of trips, which SUMO chooses here with its own defaults",
+        "they weight the routing of trips, for which SUMO uses its defaults here",
         """
         weight-files|w|weights weight-attribute|measure|x=traveltime weights.random-factor=1
         weights.random-factor.dynamic=false weights.minor-penalty=1.5 weights.tls-penalty=0
@@ -212,8 +212,8 @@ GROUPS = (
     ),
     Group(
         "sumo",
-        "who is jammed stays in the jam, unless the configuration says after what time SUMO moves "
-        "it on; SUMO is told that, and what a collision leads to",
+        "jammed vehicles stay, unless the configuration sets a teleporting time; this and "
+        "collision options are passed to SUMO",
         """
         time-to-teleport time-to-teleport.highways time-to-teleport.highways.min-speed
         time-to-teleport.disconnected time-to-teleport.ride time-to-teleport.bidi
@@ -224,7 +224,7 @@ GROUPS = (
     ),
     Group(
         "noted",
-        "no vehicle is taken away, kept outside or sent at another time",
+        "no vehicle is removed, kept outside or departs at another time",
         """
         keep-after-arrival=0 max-num-vehicles=-1 max-num-teleports=-1 time-to-teleport.remove=false
         time-to-teleport.remove-constraint=false max-depart-delay=-1 random-depart-offset=0

@@ -23,40 +23,39 @@ class SignalTiming(Settings):
     """
 
     decision_interval_s: int = Field(
-        default=10, ge=1, description="Seconds between two decisions of a controller (paper: 10)."
+        default=10, ge=1, description="Seconds between decisions of a controller (paper: 10)."
     )
     clearance_s: int | None = Field(
         default=0,
         ge=0,
-        description="Seconds of yellow and all-red after a change of phase; movements that are "
-        "green in both phases go on. Less than the decision interval. By default, for networks "
-        "from files, what each plan says (paper: none).",
+        description="Seconds of yellow and all-red at a phase change; movements with green in "
+        "both phases keep it. Shorter than the decision interval. By default, for networks "
+        "from files, as in each plan (paper: none).",
     )
     all_red_s: int | None = Field(
         default=0,
         ge=0,
-        description="How many of the clearance's seconds, its last, are all-red; the others are "
-        "yellow. Only SUMO tells them apart. By default, for networks from files, what each plan "
-        "says.",
+        description="All-red seconds at the end of the clearance time; the rest is yellow. Only "
+        "SUMO distinguishes them. By default, for networks from files, as in each plan.",
     )
     min_green_s: int | None = Field(
         default=0,
         ge=0,
-        description="Least seconds of green before a phase may end. By default, for networks from "
-        "files, what each plan says, and 5 s where it says nothing (paper: none).",
+        description="Minimum green in s. By default, for networks from files, as in each plan, or "
+        "5 s where it has none (paper: none).",
     )
     max_green_s: int | None = Field(
         default=0,
         ge=0,
-        description="Seconds of green after which the next phase follows if the controller chooses "
-        "none; 0: no limit. By default, for networks from files, what each plan says (paper: "
-        "none).",
+        description="Maximum green in s: then the next phase follows unless the controller "
+        "chooses one; 0: no limit. By default, for networks from files, as in each plan "
+        "(paper: none).",
     )
     startup_lost_s: int = Field(
         default=0,
         ge=0,
-        description="Seconds at the beginning of green in which a queue does not move yet "
-        "(paper: none).",
+        description="Start-up lost time: seconds at the start of green in which a queue does not "
+        "move (paper: none).",
     )
 
     @model_validator(mode="after")

@@ -24,7 +24,7 @@ class Counting:
 COUNTING: dict[str, Counting] = {
     "spawned_veh": Counting(
         "vehicles whose departure time has come",
-        "the same vehicles, by their wished departure",
+        "the same vehicles, by their scheduled departure",
     ),
     "arrived_veh": Counting(
         "vehicles that have reached the end of their last link",
@@ -32,7 +32,7 @@ COUNTING: dict[str, Counting] = {
     ),
     "wait_veh_s": Counting(
         "every second, the vehicles in queues at stop lines and those that wait outside for room",
-        "`waitingTime`, the seconds below 0.1 m/s, and `departDelay`; of vehicles under way too",
+        "`waitingTime`, the seconds below 0.1 m/s, and `departDelay`; also of vehicles under way",
     ),
     "visits": Counting(
         "times that a vehicle came to a stop line with signals",
@@ -44,24 +44,24 @@ COUNTING: dict[str, Counting] = {
     ),
     "travel_veh_s": Counting(
         "from departure to arrival, or to the end of the run",
-        "from the wished departure to `arrival`, or to the end of the run",
+        "from the scheduled departure to `arrival`, or to the end of the run",
     ),
     "time_loss_veh_s": Counting(
         "seconds in queues; calibrated, also what links that were crossed take longer than in free "
         "flow",
-        "`timeLoss`, against driving at the speed that vehicle and road allow; of vehicles under "
-        "way too",
+        "`timeLoss`, against driving at the speed that vehicle and road allow; also of vehicles "
+        "under way",
     ),
     "departure_delay_veh_s": Counting(
         "seconds outside for want of room; none where links hold any number of vehicles",
-        "`departDelay`; for vehicles that are not in yet, the time since their wished departure",
+        "`departDelay`; for vehicles that are not in yet, the time since their scheduled departure",
     ),
     "stops": Counting(
-        "times that a vehicle joined a queue and had to stay for a second at least",
-        "`waitingCount`: times that a vehicle fell below 0.1 m/s, of vehicles under way too",
+        "times that a vehicle joined a queue and stayed for at least a second",
+        "`waitingCount`: times that a vehicle fell below 0.1 m/s, also of vehicles under way",
     ),
     "overruled": Counting(
-        "requests for a phase that the rules of signal timing did not grant",
+        "phase requests rejected by the signal timing rules",
         "the same, by the same rules: both simulators share them",
     ),
     "arrived_at": Counting(

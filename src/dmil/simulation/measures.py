@@ -36,7 +36,7 @@ class Measures:
     time_loss_veh_s: float
         Vehicle-seconds that vehicles inside the network lost against driving freely.
     departure_delay_veh_s: float
-        Vehicle-seconds between the wished departure and entering the network; vehicles that have
+        Vehicle-seconds between the scheduled departure and entering the network; vehicles that have
         not entered count up to the end of the run.
     stops: int
         Times that a vehicle inside the network came to a halt.

@@ -274,7 +274,7 @@ def link_times(passages: Passages) -> tuple[FloatArray, int]:
     """
     links = passages.vehicles.route_links
     spent_s = passages.survey.left_s - passages.reached_s
-    # Whoever has not left a link has no time, which is not less than any other.
+    # A vehicle that has not left a link has no time, which is not less than any other.
     free = _undisturbed(passages) & (spent_s <= passages.free_s + STUCK_S)
     time_s = np.full(len(passages.scenario.network.links), np.nan)
     order = np.flatnonzero(free)

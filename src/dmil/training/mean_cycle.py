@@ -13,7 +13,7 @@ from dmil.training.signal_events import NONE, SignalEvent
 RARE = 0.1
 """A phase shown less than this part as often as the most frequent one is no part of a cycle."""
 SHORT_GREEN_S = 5
-"""Green of a phase that is in a plan only so that nobody waits for ever."""
+"""Green of a phase that is in a plan only so that no movement waits forever."""
 LONGEST_GREEN_S = 90
 """Where there is such a phase, the others are not longer."""
 

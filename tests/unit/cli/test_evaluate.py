@@ -119,8 +119,8 @@ def test_vehicles_without_a_way_are_told(dmil, tmp_path):
     files = ("--net", path.with_suffix(".net.xml"), "--begin", 25200, "--steps", 60)
     run = ("evaluate", *files, "--seeds", 1, "--jobs", 1)
     found = dmil.json(*run, "--routes", f"{routes},{stray}")
-    assert any("cannot be driven: 1 of the files' vehicles" in note for note in found["notes"])
-    assert "cannot be driven" not in dmil(*run, "--routes", routes)
+    assert any("cannot be simulated: 1 of the files' vehicles" in note for note in found["notes"])
+    assert "cannot be simulated" not in dmil(*run, "--routes", routes)
 
 
 def test_median_interquartile_mean_and_worst_seed_stand_below_every_mean(dmil, tmp_path):

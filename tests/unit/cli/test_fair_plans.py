@@ -85,8 +85,8 @@ def test_more_clearance_than_the_plans_is_exported_too(dmil, crossroads, tmp_pat
 def test_greens_that_conflict_are_not_exported(dmil, crossroads, tmp_path):
     clash = ((30, "GGGrrrGGGrrr"), *STAGES[1:])
     dmil("export", "--scenario", crossroads(clash), "--out", tmp_path, code=2)
-    assert "in GGGrrrGGGrrr the ways" in dmil.err
-    assert "both have the right of way" in dmil.err
+    assert "in GGGrrrGGGrrr the movements" in dmil.err
+    assert "both have priority" in dmil.err
     assert "Traceback" not in dmil.err
     assert not (tmp_path / "programs.add.xml").exists()
 
@@ -105,7 +105,7 @@ def test_what_learns_online_is_exported_as_it_learned(dmil, crossroads, tmp_path
     untrained = dmil.json(
         "export", "--scenario", configuration, "--controller", "sarsa", "--out", tmp_path
     )
-    assert any("has learned nothing yet" in note for note in untrained["notes"])
+    assert any("has learned nothing" in note for note in untrained["notes"])
 
 
 def test_a_comparison_with_the_plan_is_fair_unless_the_user_says_otherwise(dmil, crossroads):

@@ -96,6 +96,6 @@ def test_the_end_of_a_training_says_how_the_policy_compares(dmil, tmp_path, monk
     lost = found["p.npz"] - found[best]
     assert lost > 0
     assert lines[-2] == (
-        f"p.npz loses to {best}, which was not trained, by {lost:.1f} s per vehicle."
+        f"p.npz loses to {best}, which needs no training, by {lost:.1f} s per vehicle."
     )
     assert not any("loses" in line for line in dmil(*train, "--no-compare").splitlines())

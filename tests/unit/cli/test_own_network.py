@@ -98,7 +98,7 @@ def test_one_recorded_day_has_no_interval_and_resampled_days_have_one(dmil):
     assert not days["same_demand"]
     assert len(set(one["per_seed"]["delay_s"])) == 3
     assert one["measures"]["delay_s"]["low"] < one["measures"]["delay_s"]["high"]
-    assert any("up to 60 s sooner or later" in note for note in days["notes"])
+    assert any("shifted by up to 60 s" in note for note in days["notes"])
 
 
 def test_days_are_the_same_for_all_and_departures_may_stay(dmil):
@@ -159,7 +159,7 @@ def test_policies_that_were_trained_elsewhere_are_named(dmil, tmp_path):
         )
     run = ("evaluate", "--policy", paths[0], "--policy", paths[1], "--seeds", 1, "--jobs", 1)
     notes = dmil.json(*run)["notes"]
-    assert "Trained on something else than is judged here: b.npz (differs in load)." in notes
+    assert "Trained on something other than evaluated here: b.npz (differs in load)." in notes
 
 
 def test_tables_fit_80_columns_and_break_no_word(dmil):

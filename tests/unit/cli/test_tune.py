@@ -42,7 +42,7 @@ def test_the_terminal_tells_budget_rungs_and_what_was_chosen(tuned, folder, dmil
     assert "of 100 runs of 100 s used" in text
     assert "on 2 seeds → " in text
     assert "chosen: " in text
-    assert "random on grid:1x1: no option to tune, budget 0" in text
+    assert "random on grid:1x1: nothing to tune, budget 0" in text
 
 
 def test_evaluate_sets_the_tuned_beside_the_defaults(tuned, folder, dmil):
@@ -88,7 +88,7 @@ def test_what_cannot_be_used_is_one_error(tuned, folder, dmil, tmp_path):
         dmil(*command, "--tuned", tmp_path / "none.json", code=2)
         assert "there is no such file" in dmil.err
     dmil("tune", *RUN, *SMALL, code=2)
-    assert "nobody to tune" in dmil.err
+    assert "nothing to tune" in dmil.err
     dmil("tune", *RUN, *SMALL, "--controller", "fixed-cicle", "--out", tmp_path, code=2)
     assert "Did you mean 'fixed-cycle'?" in dmil.err
     dmil("tune", *RUN, "--controller", "fixed-cycle", "--budget", 20, "--out", tmp_path, code=2)
@@ -106,7 +106,7 @@ def test_ctrl_c_says_how_to_go_on(monkeypatch, dmil, tmp_path):
 
     monkeypatch.setattr(tune_command, "tune_one", stopped)
     dmil("tune", *RUN, *SMALL, "--controller", "fixed-cycle", "--out", tmp_path, code=1)
-    assert "the same command goes on" in dmil.err
+    assert "repeat the command to continue" in dmil.err
 
 
 def test_recorded_vehicles_are_told(dmil, tmp_path):

@@ -213,7 +213,7 @@ def test_what_sumo_says_against_it_is_told(make, net):
     with pytest.raises(DemandError) as caught:
         routed_by_sumo(*given)
     message = str(caught.value)
-    assert message.startswith(f"{net}: SUMO failed to look for the ways of the trips: Error:")
+    assert message.startswith(f"{net}: SUMO failed to route the trips: Error:")
     assert "Quitting" not in message and ".." not in message
     assert "Warning" not in message and "--routing free-flow" in message
 

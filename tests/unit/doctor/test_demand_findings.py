@@ -53,7 +53,7 @@ STOP = '<stop lane="top0A0_0" duration="9"/>'
             trip("b", 1, 'from="top0A0" to="Z"') + "".join(vehicle(f"c{k}", 2) for k in range(9)),
             "1 go over an edge",
         ),
-        ("no-way", "error", trip("b", 1, 'from="A0top0" to="top0A0"'), "1 cannot be driven"),
+        ("no-way", "error", trip("b", 1, 'from="A0top0" to="top0A0"'), "1 cannot be simulated"),
         ("unsorted", "warning", vehicle("b", 9) + vehicle("c", 3), "1 stand after others"),
         ("no-fixed-departure", "warning", vehicle("b", "triggered"), "1 have no departure"),
         ("zone", "warning", trip("b", 1, 'fromTaz="x" toTaz="y"'), "1 begin or end in a zone"),
@@ -74,9 +74,9 @@ STOP = '<stop lane="top0A0_0" duration="9"/>'
             "person",
             "warning",
             '<person id="p" depart="1"><walk edges="top0A0"/></person>',
-            "1 are persons, who walk in the SUMO simulator only",
+            "1 are persons, which walk in the SUMO simulator only",
         ),
-        ("person-elsewhere", "warning", '<person id="p" depart="1"/>', "1 are persons who ride"),
+        ("person-elsewhere", "warning", '<person id="p" depart="1"/>', "1 are persons that ride"),
         ("container", "warning", '<container id="p" depart="1"/>', "1 are containers"),
         ("stops", "warning", vehicle("b", 1, ROUTE + STOP), "1 have stops"),
         ("stops-off", "warning", vehicle("b", 1, ROUTE + STOP.replace("top0A0", "A0A1")), "1 have"),
@@ -85,7 +85,7 @@ STOP = '<stop lane="top0A0_0" duration="9"/>'
         ("rerouter", "warning", '<rerouter id="r" edges="top0A0"/>', "1 are rerouters"),
         ("calibrator", "warning", '<calibrator id="r" edge="top0A0"/>', "1 are calibrators"),
         ("speed-sign", "warning", '<variableSpeedSign id="r" lanes="top0A0_0"/>', "1 are signs"),
-        ("rerouting-device", "warning", with_device("rerouting"), "(rerouting), which SUMO alone"),
+        ("rerouting-device", "warning", with_device("rerouting"), "(rerouting), which only SUMO"),
         ("taxi-device", "warning", with_device("taxi"), "(taxi), which is switched off"),
         ("driving-device", "warning", with_device("glosa"), "1 have devices that change how"),
     ],
@@ -229,7 +229,7 @@ def test_more_vehicles_than_the_own_program_can_serve(doctor, with_states):
         horizon_s=900,
     )
     (found,) = of_kind(never, "program-beyond-capacity")
-    assert "the program has none for them" in found.what
+    assert "green but get none" in found.what
 
 
 @pytest.mark.parametrize(("number", "expected"), [(440, False), (460, True)])
@@ -288,7 +288,7 @@ def test_what_cityflow_drops_is_found(tmp_path):
     found = examine(read_case([str(tmp_path / "roads.json"), str(tmp_path / "cars.json")]))
     (way,) = of_kind(found, "no-way")
     assert way.severity == "error"
-    assert way.what.startswith("10 cannot be driven")
+    assert way.what.startswith("10 cannot be simulated")
     assert way.place == "first '[1]' at 'E_in'"
     assert [each.what[:1] for each in of_kind(found, "one-road")] == ["4"]
     assert [each.severity for each in of_kind(found, "ends-first")] == ["warning"]

@@ -43,7 +43,7 @@ SECOND += '<phase duration="3" state="{}"/></tlLogic>'
         (((30, "GGGrrrGGGrrr"), *PROGRAM[1:]), "conflicting-greens", "error", "cross or merge"),
         (((30, "GGrrrrGGgrrr"), *PROGRAM[1:]), "never-served", "error", "top0A0"),
         (((30, NS), *PROGRAM[2:]), "missing-yellow", "warning", "green turns red at once"),
-        ((*PROGRAM, (20, ALL_RED)), "empty-stage", "warning", "nobody goes for 20 s"),
+        ((*PROGRAM, (20, ALL_RED)), "empty-stage", "warning", "nothing goes for 20 s"),
         (((30, CLEAR_NS), (3, ALL_RED)), "no-action", "warning", "no stage of its program"),
         (((30, "GGgGGgGGgGGg"), (3, "y" * 12)), "single-action", "warning", "only one phase"),
         (((170, NS), *PROGRAM[1:]), "long-cycle", "warning", "206 s"),
@@ -51,7 +51,7 @@ SECOND += '<phase duration="3" state="{}"/></tlLogic>'
             (*PROGRAM, (8, ALL_RED)),
             "clearance-beyond-interval",
             "warning",
-            "clears for 11 s, decisions are every 10 s",
+            "clearance is 11 s, the decision interval 10 s",
         ),
         ((*PROGRAM, (2, ALL_RED)), "all-red", "note", "up to 2 s"),
         (
@@ -225,7 +225,7 @@ def test_links_that_lead_nowhere():
     (dead,) = of_kind(diagnosis, "dead-end")
     (unreachable,) = of_kind(diagnosis, "unreachable-link")
     assert dead.place == unreachable.place == "link W0>0,0"
-    assert unreachable.what == "no way leads from it out of the network"
+    assert unreachable.what == "no exit is reachable from it"
 
 
 def test_links_that_no_road_leads_to():
@@ -234,7 +234,7 @@ def test_links_that_no_road_leads_to():
     # West is no place where vehicles come from any more.
     network = replace(case.network, fringe=tuple(fringe))
     found = of_kind(examine(replace(case, network=network, demand=None)), "unreachable-link")
-    assert [each.place for each in found if "no road into" in each.what] == ["link W0>0,0"]
+    assert [each.place for each in found if "from any entry" in each.what] == ["link W0>0,0"]
 
 
 def test_links_shorter_than_a_vehicle():

@@ -235,7 +235,7 @@ def test_cityflow_by_folder_and_by_files_in_any_order(tmp_path):
     assert (alone.traffic, len(alone.intersections)) == (None, 1)
     with pytest.raises(InputError, match="0 road networks and 1 flow"):
         read_case(files[:1])
-    with pytest.raises(InputError, match="neither a begin"):
+    with pytest.raises(InputError, match="no begin"):
         read_case(files, begin_s=3)
 
 

@@ -54,7 +54,7 @@ def test_one_recorded_day_has_no_verdict(seeds):
     found = comparison({PLAN: [40.0] * seeds, RULE: [17.0] * seeds}, same_demand=True)
     assert answer(found) == (
         f"On this one day {CALLED} has the least delay, 17.0 s per vehicle; your plan has 40.0 s. "
-        "More it does not show: add --resample for other days like it."
+        "For a verdict add --resample for other days like it."
     )
     difference = found.difference("delay_s")
     np.testing.assert_allclose(difference.value, [0, -23])
@@ -76,7 +76,7 @@ def test_one_seed_shows_nothing():
 
 def test_nothing_is_preferred_where_differences_are_withheld():
     found = comparison({PLAN: around(40), RULE: around(17)}, withheld="less clearance")
-    assert answer(found).startswith("Which to use is not answered")
+    assert answer(found).startswith("No recommendation")
     assert found.difference("delay_s") is None
 
 

@@ -32,24 +32,24 @@ class SharedSettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     approaching: bool = Field(
-        default=False, description="Whether the vehicles that approach are part of the state, too."
+        default=False, description="Whether the state includes approaching vehicles."
     )
     training_decisions: int = Field(
         default=3600,
         ge=1,
-        description="Decisions that training is planned to take, which the schedules are parts of: "
-        "by default 10 episodes of an hour, decisions every 10 s.",
+        description="Planned decisions of training, for the schedules: by default 10 episodes of "
+        "an hour, decisions every 10 s.",
     )
     epsilon_first: float = Field(
-        default=1.0, ge=0, le=1, description="ε at the first decision of the training."
+        default=1.0, ge=0, le=1, description="ε at the first decision of training."
     )
-    epsilon_last: float = Field(default=0.05, ge=0, le=1, description="ε in the end.")
+    epsilon_last: float = Field(default=0.05, ge=0, le=1, description="Final ε.")
     exploration_part: float = Field(
-        default=0.2, gt=0, le=1, description="Part of the training in which ε falls, linearly."
+        default=0.2, gt=0, le=1, description="Fraction of training in which ε falls linearly."
     )
     learning: bool = Field(
         default=True,
-        description="Whether it explores and learns; off for a frozen evaluation, greedy.",
+        description="Whether it explores and learns; off for a frozen, greedy evaluation.",
     )
 
 

@@ -33,20 +33,20 @@ class MfecSettings(SharedSettings):
 
     discount: float = Field(default=0.95, ge=0, lt=1, description="γ.")
     steps: int = Field(
-        default=20, ge=1, description="n: decisions that a return is taken over; no episodes end."
+        default=20, ge=1, description="n of n-step returns, in decisions; the task is continuing."
     )
     bootstrap: bool = Field(
         default=False,
-        description="Whether a return goes on after n rewards with the value of the state there. "
-        "That value is a best one, too: the upward bias adds up.",
+        description="Whether returns bootstrap after n rewards. Since that value is a maximum as "
+        "well, the upward bias accumulates.",
     )
     neighbours: int = Field(
-        default=11, ge=1, description="Nearest entries whose mean an unknown state gets."
+        default=11, ge=1, description="Nearest entries in the mean for an unknown state."
     )
     capacity: int = Field(
         default=10_000,
         ge=1,
-        description="Entries per phase and shape; the least recently used one leaves.",
+        description="Entries per phase and shape; the least recently used one is dropped.",
     )
 
 

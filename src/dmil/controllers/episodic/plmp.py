@@ -42,17 +42,15 @@ class PlmpSettings(SharedSettings):
     reach: int = Field(
         default=1,
         ge=0,
-        description="v̄: how many vehicles above its key a class reaches, and up to which multiple.",
+        description="v̄: range of a class, in vehicles above its key and in multiples of it.",
     )
     prediction: bool = Field(
         default=True,
-        description="Whether a state without a class is looked up as it will be one step ahead.",
+        description="Whether a state without a class is looked up by its one-step prediction.",
     )
-    learning_rate: float = Field(default=0.1, ge=0, le=1, description="Step of the update of Q.")
+    learning_rate: float = Field(default=0.1, ge=0, le=1, description="Learning rate of Q.")
     discount: float = Field(default=0.95, ge=0, lt=1, description="γ.")
-    capacity: int = Field(
-        default=10_000, ge=1, description="Most classes per shape; then no new ones are made."
-    )
+    capacity: int = Field(default=10_000, ge=1, description="Maximum classes per shape.")
 
 
 class PlmpDecision(NamedTuple):

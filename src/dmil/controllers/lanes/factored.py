@@ -19,50 +19,50 @@ class FactoredSettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     approaching: bool = Field(
-        default=True, description="Whether vehicles that arrive within the interval are seen."
+        default=True, description="Whether vehicles that arrive within the interval are observed."
     )
     rates: bool = Field(
         default=True,
-        description="Whether rows tell lanes of different arrival rates apart; without, there is "
-        "no short-term memory in a row.",
+        description="Whether rows distinguish lanes by arrival rate; otherwise rows have no "
+        "short-term memory.",
     )
     expected: float = Field(
         default=0.3,
         ge=0,
         le=1,
-        description="Weight of a vehicle that is not seen yet and expected within the interval, by "
-        "the announcement of the intersection before or by the arrival rate; 0: none.",
+        description="Weight of an unseen vehicle expected within the interval, by the "
+        "announcement of the upstream intersection or the arrival rate; 0: none.",
     )
     wave: float = Field(
         default=0.7,
         ge=0,
         allow_inf_nan=False,
-        description="Vehicles that green for a lane counts more if those who leave it find green "
-        "ahead, by the announcement of the next intersection; 0: no coordination.",
+        description="Value of green, in vehicles, if departing vehicles find green ahead by the "
+        "announcement of the next intersection; 0: no coordination.",
     )
     guard: bool = Field(
         default=True,
-        description="Whether red counts more, the longer it lasts, where lanes that movements "
-        "share have been seen stuck.",
+        description="Whether red counts more, the longer it lasts, where shared lanes were "
+        "blocked.",
     )
-    learning: bool = Field(default=True, description="Whether the table changes.")
+    learning: bool = Field(default=True, description="Whether it learns.")
     discount: float = Field(default=0.9, ge=0, lt=1, description="γ.")
     vehicle: float = Field(
         default=2.0,
         gt=0,
         allow_inf_nan=False,
-        description="What a vehicle that waits is worth by the prior, in mean vehicles waiting.",
+        description="Value of a waiting vehicle in the prior, in mean vehicles waiting.",
     )
     trust: float = Field(
         default=0.05,
         ge=0,
         allow_inf_nan=False,
-        description="ρ: how far what was learned may move an advantage A0 of the prior: ρ·A0 + "
-        "trust_veh.",
+        description="ρ: trust region, how far learning may shift an advantage A0 of the prior: "
+        "ρ·A0 + trust_veh.",
     )
     trust_veh: float = Field(default=1.0, ge=0, allow_inf_nan=False, description="See trust.")
     rate_step: float = Field(
-        default=0.02, gt=0, le=1, description="β: step of the moving average of arrivals."
+        default=0.02, gt=0, le=1, description="β: step of the moving average of arrival rates."
     )
 
 

@@ -22,75 +22,75 @@ class LookaheadSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    depth: Literal[1, 2] = Field(default=2, description="How many decisions it looks ahead.")
+    depth: Literal[1, 2] = Field(default=2, description="Decisions of lookahead.")
     plan: float = Field(
         default=0.7,
         ge=0,
         le=1,
-        description="How far the second decision is counted on; the rest of its weight has what is "
-        "queued before it. 1: entirely, which fails near saturation.",
+        description="Weight of the second decision; the rest goes to the queue before it. 1: full "
+        "weight, which fails near saturation.",
     )
     terminal: float = Field(
         default=2.0,
         ge=0,
         allow_inf_nan=False,
-        description="Cost of a vehicle that is left queued, in mean vehicles waiting.",
+        description="Cost of a vehicle left in the queue, in mean vehicles waiting.",
     )
     curvature: float = Field(
         default=0.2,
         ge=0,
         allow_inf_nan=False,
-        description="Cost of the square of a lane's queue that is left: long queues cost more.",
+        description="Cost of the square of a lane's remaining queue: long queues cost more.",
     )
     discount: float = Field(default=0.9, ge=0, le=1, description="γ.")
     approaching: bool = Field(
-        default=True, description="Whether vehicles that arrive within the interval are seen."
+        default=True, description="Whether vehicles that arrive within the interval are observed."
     )
     expected: float = Field(
         default=0.3,
         ge=0,
         le=1,
-        description="Weight of a vehicle that is not seen yet and expected within the interval, by "
-        "the announcement of the intersection before or by the arrival rate; 0: none.",
+        description="Weight of an unseen vehicle expected within the interval, by the "
+        "announcement of the upstream intersection or the arrival rate; 0: none.",
     )
     later: float = Field(
         default=0.5,
         ge=0,
         le=1,
-        description="Weight of a vehicle that is expected in the interval after, by its lane's "
-        "arrival rate.",
+        description="Weight of a vehicle expected in the next interval, by its lane's arrival "
+        "rate.",
     )
     rounds: int = Field(
-        default=3, ge=0, le=10, description="How often neighbours announce; 0: never."
+        default=3, ge=0, le=10, description="Rounds of announcements among neighbours; 0: none."
     )
     wave: float = Field(
         default=1.0,
         ge=0,
         allow_inf_nan=False,
-        description="What green for a lane gains if those who leave it find green ahead, by the "
-        "announcement of the next intersection, in mean vehicles waiting.",
+        description="Gain of green if departing vehicles find green ahead by the announcement of "
+        "the next intersection, in mean vehicles waiting.",
     )
     guard: bool = Field(
         default=True,
-        description="Whether red counts more, the longer it lasts, where lanes that movements "
-        "share have been seen stuck.",
+        description="Whether red counts more, the longer it lasts, where shared lanes were "
+        "blocked.",
     )
-    learning: bool = Field(default=True, description="Whether the table changes.")
+    learning: bool = Field(default=True, description="Whether it learns.")
     trust: float = Field(
         default=5.0,
         ge=0,
         allow_inf_nan=False,
-        description="After how many times half of what an entry learned is believed.",
+        description="Number of updates after which an entry counts half.",
     )
     queue_trust: float = Field(
         default=0.3,
         ge=0,
         le=1,
-        description="Part of what was learned of queues' ends that is used; what was learned of "
-        "their cost always is.",
+        description="Fraction of the learned next queue that is used; learned costs are used "
+        "fully.",
     )
     rate_step: float = Field(
-        default=0.02, gt=0, le=1, description="β: step of the moving average of arrivals."
+        default=0.02, gt=0, le=1, description="β: step of the moving average of arrival rates."
     )
 
 

@@ -1,4 +1,4 @@
-"""One intersection in the future: the queue simulator's dynamics, from states that are thought of.
+"""One intersection in the future: the queue simulator's dynamics, from hypothetical states.
 
 Movements queue in lanes of their own, so that over one decision interval each depends only on
 where it stands and whether it has red, goes on at green, or gets green anew. The dynamics are those

@@ -1,6 +1,6 @@
 """A planner that knows every arrival: how good control of one intersection can be at most.
 
-It is a limit to measure others by, no rival: nobody knows the future. At the beginning of a run it
+It is an upper bound for comparison, not a rival: it knows the future. At the beginning of a run it
 works out when every vehicle will reach the stop line, searches the phases up to the last arrival
 with the queue simulator's own dynamics (`dmil.controllers.planner.beam`), and then shows them. At
 every decision it compares the waiting that it planned with what is seen: a run that does not follow
@@ -40,7 +40,7 @@ class ForesightSettings(BaseModel):
         default=1000,
         ge=1,
         le=1_000_000,
-        description="States that the search keeps at every decision; more take longer.",
+        description="Beam width: states kept at every decision.",
     )
 
 
@@ -170,7 +170,7 @@ def _arrivals(situation: Situation) -> IntArray:
     """
     network, vehicles = situation.network, situation.vehicles
     if vehicles is None:
-        raise _refusal("it is not told the journeys of the run", "Situation.vehicles")
+        raise _refusal("it does not get the journeys of the run", "Situation.vehicles")
     link_s = network.free_flow_time_s
     seconds: list[int] = []
     movements: list[int] = []

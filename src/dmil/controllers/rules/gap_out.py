@@ -40,19 +40,17 @@ class GapOutSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    min_green_s: int = Field(
-        default=0, ge=0, description="Seconds of green before a phase may end."
-    )
+    min_green_s: int = Field(default=0, ge=0, description="Minimum green in s.")
     max_green_s: int = Field(
         default=40,
         ge=1,
-        description="Seconds of green that are not exceeded while vehicles wait elsewhere.",
+        description="Maximum green in s while vehicles wait elsewhere.",
     )
     extend_veh: int = Field(
         default=3,
         ge=1,
-        description="Vehicles queued or approaching on the movements with green that extend it by "
-        "one decision interval.",
+        description="Vehicles queued or approaching with green that extend it by one decision "
+        "interval.",
     )
 
 

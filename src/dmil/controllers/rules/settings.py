@@ -14,8 +14,8 @@ class FixedCycleSettings(BaseModel):
         default=None,
         gt=0,
         allow_inf_nan=False,
-        description="Green per phase in s; by default the network's own program where it has one, "
-        "else one decision interval. Rounded up to whole decision intervals.",
+        description="Green per phase in s; by default that of the network's program, or else one "
+        "decision interval. Rounded up to whole decision intervals.",
     )
 
 
@@ -32,13 +32,13 @@ class GreedySettings(BaseModel):
         default=0.0,
         ge=0,
         allow_inf_nan=False,
-        description="How much of what clearance and start-up lose a switch must make up for: 0 "
-        "none, 1 all of it; without lost time it changes nothing.",
+        description="Fraction of the lost time that a switch must make up for: 0 none, 1 all; "
+        "without lost time it has no effect.",
     )
     guard: bool = Field(
         default=True,
-        description="Whether red counts more, the longer it lasts, where lanes that movements "
-        "share have been seen stuck; false: the published rule.",
+        description="Whether red counts more, the longer it lasts, where shared lanes were "
+        "blocked; false: the published rule.",
     )
 
 

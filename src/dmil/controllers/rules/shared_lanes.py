@@ -85,7 +85,7 @@ class SharedLaneGuard:
     situation
         Network and decision interval.
     enabled
-        Whether there is a guard at all; without, nobody is owed anything.
+        Whether there is a guard; without one no movement counts more.
     """
 
     def __init__(self, situation: Situation, *, enabled: bool = True) -> None:

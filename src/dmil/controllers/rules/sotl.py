@@ -47,15 +47,13 @@ class SotlSettings(BaseModel):
         default=20.0,
         ge=0,
         allow_inf_nan=False,
-        description="θ: vehicle-seconds on red from which on a phase may ask for green.",
+        description="θ: vehicle-seconds on red from which a phase may request green.",
     )
-    min_green_s: int = Field(
-        default=0, ge=0, description="φ_min: seconds of green before a phase may end."
-    )
+    min_green_s: int = Field(default=0, ge=0, description="φ_min: minimum green in s.")
     mu_veh: int = Field(
         default=0,
         ge=0,
-        description="μ: fewer vehicles than this that come to green are let through; 0 or 1: none "
+        description="μ: platoons of fewer vehicles than this are let through; 0 or 1: none "
         "(papers: 3).",
     )
 

@@ -56,8 +56,8 @@ class WebsterSettings(BaseModel):
         default=None,
         gt=0,
         allow_inf_nan=False,
-        description="Vehicles per second and lane that a queue discharges at green; by default the "
-        "scenario's (1 on the paper's grids, 0.5 or the calibrated one on real networks).",
+        description="Saturation flow in vehicles per second and lane; by default the scenario's "
+        "(1 on the paper's grids, 0.5 or calibrated on real networks).",
     )
     min_cycle_s: float = Field(
         default=0.0, ge=0, allow_inf_nan=False, description="Shortest cycle in s."
@@ -66,8 +66,8 @@ class WebsterSettings(BaseModel):
         default=120.0,
         gt=0,
         allow_inf_nan=False,
-        description="Longest cycle in s, also that of an intersection beyond its capacity; more "
-        "only where the phases' least greens need it.",
+        description="Longest cycle in s, also used beyond capacity; more only where minimum "
+        "greens need it.",
     )
 
 
@@ -93,7 +93,7 @@ class WebsterController:
         """
         if situation.vehicles is None:
             raise InputError(
-                "it is not told the journeys of the run, from which it takes the flows",
+                "it does not get the journeys of the run, which give the flows",
                 where="controller 'webster'",
                 mend="give Situation the vehicles, or choose the controller fixed-cycle",
             )

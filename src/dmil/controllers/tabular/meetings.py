@@ -32,7 +32,7 @@ class CentralReply(NamedTuple):
     merged: Merged
         What it says.
     reached: (agents,) int32
-        Whom it reaches.
+        The agents that receive it.
     """
 
     due_s: int
@@ -102,7 +102,7 @@ class Post:
         self.exchanged_bytes = 0
 
     def arrived(self, members: IntArray) -> tuple[IntArray, IntArray]:
-        """Return whose messages reach the central unit, and whom its answers reach.
+        """Return the agents whose messages reach the central unit, and those that get its answers.
 
         Parameters
         ----------

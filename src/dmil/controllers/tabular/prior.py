@@ -1,4 +1,4 @@
-"""What agents start from: the Q-table of the dummy agent that the training phase trains."""
+"""Initial tables of agents: the Q-table of the dummy agent from the training phase."""
 
 from __future__ import annotations
 

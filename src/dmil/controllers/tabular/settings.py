@@ -23,17 +23,17 @@ class LearnerSettings(BaseModel):
     scale_levels: int | None = Field(
         default=None,
         ge=1,
-        description="B, levels that an embedding scales counts to, for embeddings that scale; by "
-        f"default their own, 5 {mark('scale_levels')}.",
+        description="B, levels to which an embedding scales counts, if it scales; by default its "
+        f"own, 5 {mark('scale_levels')}.",
     )
     tolerance: int | None = Field(
         default=None,
         ge=1,
         description="Largest difference of two queues in one class, for embeddings with a "
-        f"tolerance; by default their own, 1 vehicle {mark('tolerance')}.",
+        f"tolerance; by default its own, 1 vehicle {mark('tolerance')}.",
     )
     epsilon: float = Field(
-        default=0.6, ge=0, le=1, description=f"Chance of a random action, ε {mark('epsilon')}."
+        default=0.6, ge=0, le=1, description=f"Probability of a random action, ε {mark('epsilon')}."
     )
     epsilon_decay: float = Field(
         default=1.0,
@@ -53,12 +53,12 @@ class LearnerSettings(BaseModel):
     communication_period_s: int = Field(
         default=100,
         ge=1,
-        description="T: time between two meetings with the central unit "
+        description="T: time between meetings with the central unit "
         f"{mark('communication_period_s')}.",
     )
     trigger: Literal["period", "entries", "values", "staging"] = Field(
         default="period",
-        description="What makes the agents of a shape meet the central unit: a period of T "
+        description="When the agents of a shape meet the central unit: a period of T "
         f"{mark('trigger')}, "
         "new entries, changes of values, or staging (ours; the paper's future work).",
     )
@@ -79,29 +79,28 @@ class LearnerSettings(BaseModel):
     communication_delay_s: int = Field(
         default=0,
         ge=0,
-        description="Time from a meeting until the central unit's answer arrives; the next meeting "
-        "waits for it (ours; the paper's future work).",
+        description="Delay of the central unit's answer; the next meeting waits for it (ours; the "
+        "paper's future work).",
     )
     message_loss: float = Field(
         default=0.0,
         ge=0,
         lt=1,
-        description="Chance that a message to the central unit, or its answer to an agent, is lost "
+        description="Probability that a message to the central unit, or its answer, is lost "
         "(ours).",
     )
     announced: bool = Field(
         default=False,
-        description="Whether states also count the vehicles that approach and those that "
-        "neighbours announce (ours; the paper's future work).",
+        description="Whether states also count approaching vehicles and those announced by "
+        "neighbours (ours; the paper's future work).",
     )
     learning: bool = Field(
-        default=True, description="Whether the memory changes; off for a frozen evaluation."
+        default=True, description="Whether it learns; off for a frozen evaluation."
     )
     unseen: Literal["random", "longest-queue", "nearest"] = Field(
         default="random",
-        description="What an unseen state does: a random action "
-        f"{mark('unseen')}, what longest-queue-first "
-        "does, or what the nearest class that is known does.",
+        description=f"Action in an unseen state: random {mark('unseen')}, that of "
+        "longest-queue-first, or that of the nearest known class.",
     )
 
 
@@ -110,7 +109,7 @@ class SarsaSettings(LearnerSettings):
 
     trigger: Literal["period", "entries", "values"] = Field(
         default="period",
-        description="What makes the agents of a shape meet the central unit: a period of T "
+        description="When the agents of a shape meet the central unit: a period of T "
         f"{mark('trigger')}, "
         "new entries, or changes of values (ours; the paper's future work).",
     )
@@ -123,8 +122,8 @@ class SarsaSettings(LearnerSettings):
     )
     shared: bool = Field(
         default=False,
-        description="One table for all agents of a shape, as the dummy agent of the training "
-        "phase has it.",
+        description="One table for all agents of a shape, as for the dummy agent of the training "
+        "phase.",
     )
 
 
@@ -135,7 +134,7 @@ class DualMemorySettings(LearnerSettings):
         default="complex", description="How states share entries: a named embedding."
     )
     epsilon: float = Field(
-        default=0.4, ge=0, le=1, description=f"Chance of a random action, ε {mark('epsilon')}."
+        default=0.4, ge=0, le=1, description=f"Probability of a random action, ε {mark('epsilon')}."
     )
     sent: Literal["long", "short", "both"] = Field(
         default="long",
@@ -147,7 +146,7 @@ class DualMemorySettings(LearnerSettings):
         default=0.25,
         gt=0,
         le=1,
-        description="Trigger staging: part of the agents that have staged since the last meeting "
+        description="Trigger staging: fraction of agents that have staged since the last meeting "
         "(ours).",
     )
     short_capacity: int = Field(
@@ -157,7 +156,10 @@ class DualMemorySettings(LearnerSettings):
         f"{mark('short_capacity')}.",
     )
     staged_ratio: float = Field(
-        default=0.5, gt=0, le=1, description=f"κ: part of the rows staged {mark('staged_ratio')}."
+        default=0.5,
+        gt=0,
+        le=1,
+        description=f"κ: fraction of the rows staged {mark('staged_ratio')}.",
     )
     staging: Literal["value", "visits"] = Field(
         default="value",
@@ -166,21 +168,21 @@ class DualMemorySettings(LearnerSettings):
     stage_period: int = Field(
         default=0,
         ge=0,
-        description="T_stage of the analysis: stage after so many learning decisions, or when full "
-        "if that is sooner; 0: only when full.",
+        description="T_stage of the analysis: stage after so many learning decisions, or earlier "
+        "when full; 0: only when full.",
     )
     least_tried: int = Field(
         default=1,
         ge=1,
-        description="How many actions of a class must have been tried before short-term memory "
-        f"tells or stages the best of them {mark('least_tried')}.",
+        description="Actions of a class that must have been tried before short-term memory uses "
+        f"or stages the best of them {mark('least_tried')}.",
     )
     long_capacity: int = Field(
         default=0,
         ge=0,
         le=LARGEST_CAPACITY,
-        description="Most rows of an agent's long-term memory: when it is full, the less frequent "
-        "of two classes goes; 0: no cap.",
+        description="Maximum rows of an agent's long-term memory: when full, the less frequent of "
+        "two classes is dropped; 0: no cap.",
     )
     significance: float = Field(
         default=0.1,

@@ -42,10 +42,10 @@ class Acting:
     treatment: Treatment
     instead: str
     text: str = ""
-    mend: str = "Nothing; know that SUMO's own run differs."
+    mend: str = "Nothing; but SUMO's own run differs."
 
 
-_IN_SUMO = "Judge in SUMO (--simulator sumo)."
+_IN_SUMO = "Evaluate in SUMO (--simulator sumo)."
 _OTHERS = ("bluelight", "driverstate", "fcd-replay", "glosa", "stationfinder", "toc")
 """Devices that change how a vehicle drives, beside those with a row of their own."""
 WATCHING = frozenset(
@@ -64,26 +64,26 @@ ACTING: Mapping[str, Acting] = {
     "rerouting-device": Acting(
         "parameter `has.rerouting.device`, options `device.rerouting.probability`, `….explicit`",
         "SUMO only",
-        "SUMO sends vehicles elsewhere, and they count where they are; `….explicit` names vehicles "
-        "of the file and is not known here. In the queue simulator they keep the way of the file; "
-        "trips drive the one that SUMO chooses when they depart under the file's plan.",
-        "have a device that sends them elsewhere during the run (rerouting), which SUMO alone "
-        "follows: in the queue simulator they keep to their ways",
-        "Judge in SUMO (--simulator sumo), or let SUMO write the ways that they drive "
-        "(--vehroute-output) and name that file.",
+        "SUMO reroutes vehicles, and they count where they are; `….explicit` names vehicles of "
+        "the file and is not used here. In the queue simulator they keep the file's route; trips "
+        "take the one that SUMO chooses at departure under the file's plan.",
+        "have a device that sends them elsewhere during the run (rerouting), which only SUMO "
+        "follows: in the queue simulator their routes are fixed",
+        "Evaluate in SUMO (--simulator sumo), or let SUMO write the routes driven "
+        "(--vehroute-output) and use that file.",
     ),
     "taxi-device": Acting(
         "parameter `has.taxi.device`, options `device.taxi.…`",
         "off",
-        "The vehicle drives the way of the file once, as a car does, and calls on nobody.",
+        "The vehicle drives the file's route once, as a car, and serves no passengers.",
         "have a device that lets them serve persons (taxi), which is switched off: they drive the "
-        "way of the file",
+        "file's route",
     ),
     "driving-device": Acting(
         f"parameters `has.….device` and options `device.….probability` of {', '.join(_OTHERS)}, "
-        "and of any device that is not known",
+        "and of any unknown device",
         "off",
-        "The vehicle drives as one without it.",
+        "The vehicle drives as if without it.",
         f"have devices that change how they drive ({', '.join(_OTHERS)}), which are switched off",
     ),
     "watching-device": Acting(
@@ -94,17 +94,17 @@ ACTING: Mapping[str, Acting] = {
     "stops": Acting(
         "`<stop>` of a vehicle, trip, flow or route",
         "SUMO only",
-        "Vehicles stop in SUMO; who stands at a stop is in no queue. In the queue simulator they "
-        "drive on: they ask the same of the signals, but nobody blocks a lane.",
+        "Vehicles stop in SUMO; stopped vehicles are in no queue. In the queue simulator they "
+        "drive on: the demand on the signals is the same, but no lane is blocked.",
         "have stops, which they make in SUMO alone: in the queue simulator they drive on",
         _IN_SUMO,
     ),
     "stops-off": Acting(
-        "a `<stop>` off the route, without an end, or that waits for somebody (`triggered`, "
+        "a `<stop>` off the route, without an end, or that waits for others (`triggered`, "
         "`expected`, `join`, `split`)",
         "off",
-        "Vehicles drive on, past all of their stops.",
-        "have a stop off their route, without an end, or that waits for somebody, and make none",
+        "Vehicles pass all their stops.",
+        "have a stop off their route, without an end, or that waits for others, and ignore it",
         "Correct the stops, or give them a duration.",
     ),
     "beside": Acting(
@@ -117,7 +117,7 @@ ACTING: Mapping[str, Acting] = {
     "no-fixed-departure": Acting(
         '`depart="triggered"`, `containerTriggered`, `split`, `now`',
         "left out",
-        "Nothing here triggers a departure.",
+        "Triggered departures are not supported.",
         "have no departure in seconds and are left out; give one, since nothing here triggers a "
         "departure",
         "Give them a departure in seconds.",
@@ -125,44 +125,44 @@ ACTING: Mapping[str, Acting] = {
     "person": Acting(
         "`<person>`, `<personFlow>` who walk: `<walk>`, `<personTrip>`, `<stop>` on an edge",
         "SUMO only",
-        "SUMO lets them walk, vehicles wait for them at crossings, and their delay is measured. In "
-        "the queue simulator nobody walks.",
-        "are persons, who walk in the SUMO simulator only",
-        "Nothing; where they hold up vehicles, judge with --simulator sumo.",
+        "In SUMO they walk, vehicles wait for them at crossings, and their delay is measured. The "
+        "queue simulator has no pedestrians.",
+        "are persons, which walk in the SUMO simulator only",
+        "Nothing; where they delay vehicles, evaluate with --simulator sumo.",
     ),
     "person-elsewhere": Acting(
         "`<person>`, `<personFlow>` who ride, or go to a bus stop or another place by its name",
         "left out",
-        "Nobody rides, and no vehicle waits for them.",
-        "are persons who ride, or go to a bus stop or the like, and are left out",
+        "They do not ride, and no vehicle waits for them.",
+        "are persons that ride, or go to a bus stop etc., and are left out",
     ),
     "container": Acting(
         "`<container>`, `<containerFlow>`",
         "left out",
-        "Nothing is loaded.",
+        "Containers are ignored.",
         "are containers and are left out; only vehicles are simulated",
     ),
     "rerouter": Acting(
         "`<rerouter>` with closed edges and lanes, other goals, routes and parking areas",
         "SUMO only",
-        "SUMO sends vehicles elsewhere, and they count where they are. In the queue simulator "
-        "roads stay open, and vehicles keep to their ways.",
-        "are rerouters, which SUMO alone follows: in the queue simulator roads stay open, vehicles "
-        "keep to their ways",
-        "Judge in SUMO (--simulator sumo), or close the roads in the network (netconvert "
-        "--remove-edges), and give vehicles routes.",
+        "SUMO reroutes vehicles, and they count where they are. In the queue simulator roads stay "
+        "open and routes are fixed.",
+        "are rerouters, which only SUMO follows: in the queue simulator roads stay open and "
+        "routes are fixed",
+        "Evaluate in SUMO (--simulator sumo), or close the roads in the network (netconvert "
+        "--remove-edges) and give vehicles routes.",
     ),
     "calibrator": Acting(
         "`<calibrator>`, `<vaporizer>`",
         "off",
-        "Nobody is added or taken away.",
-        "are calibrators and the like and are switched off: they add and take away no vehicles",
-        "Let SUMO write the vehicles that drive (--vehroute-output) and name that file.",
+        "No vehicles are added or removed.",
+        "are calibrators etc. and are switched off: they add and remove no vehicles",
+        "Let SUMO write the simulated vehicles (--vehroute-output) and use that file.",
     ),
     "speed-sign": Acting(
         "`<variableSpeedSign>`",
         "SUMO only",
-        "Limits change in SUMO. In the queue simulator those of the network hold throughout.",
+        "Speed limits change in SUMO. The queue simulator uses those of the network throughout.",
         "are signs that change the speed limit, which SUMO alone follows: in the queue simulator "
         "the network's hold",
         _IN_SUMO,

@@ -84,7 +84,7 @@ def read_sumo_routes(
     Notes
     -----
     SUMO looks for the fastest way of a trip when it departs, with small penalties for crossings
-    without right of way, and refuses to run if a vehicle cannot be driven.
+    without right of way, and refuses to run if a vehicle cannot be simulated.
     """
     files = [paths] if isinstance(paths, str | Path) else list(paths)
     reading = _Reading(network, Window(begin_s, end_s), scale)

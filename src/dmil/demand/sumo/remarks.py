@@ -19,7 +19,7 @@ TEXTS = {
     "file by departure",
     "unknown-road": "go over an edge or a junction that the network does not have for vehicles and "
     "are left out; check that network and routes belong together",
-    "no-way": "cannot be driven, since no way of the network leads on for their vehicle class, and "
+    "no-way": "cannot be simulated, since the network has no route for their vehicle class, and "
     "are left out; correct the trips, or the network's connections and permissions",
     "one-road": "have a route of one road and are left out, as CityFlow does; name the road they "
     "go to",
@@ -32,8 +32,8 @@ TEXTS = {
     "stops-only": "have stops instead of an edge to go to and are left out; give the edge",
     "parameters": "have parameters (<param>), which are not used",
     "route-part": "begin or end within their route (departEdge, arrivalEdge); they drive all of it",
-    "free-flow": "drive the way that is fastest at free flow, while SUMO looks for the fastest in "
-    "the traffic at departure",
+    "free-flow": "take the fastest route at free flow, whereas SUMO routes them by current "
+    "traffic at departure",
     "signal-program": "programs of signals in route files are not used, as in SUMO; name the file "
     "as an additional one",
 }
@@ -159,7 +159,7 @@ def nobody(
     return DemandError(
         f"no vehicle is left of {definitions}{reasons}" if definitions else "no vehicle",
         where=where,
-        expected="vehicles, trips or flows that the network has a way for",
+        expected="vehicles, trips or flows that the network has a route for",
         mend="check that network and routes belong together"
         if definitions
         else "name the files that have them; where a program writes them, let it do so first",

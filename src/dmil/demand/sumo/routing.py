@@ -264,10 +264,9 @@ def _asked(net_file: Path, vehicles_xml: str, programs_xml: str, options: list[s
 
 def _failed(net_file: Path, problem: str) -> DemandError:
     return DemandError(
-        f"SUMO failed to look for the ways of the trips: {problem.removesuffix('.')}",
+        f"SUMO failed to route the trips: {problem.removesuffix('.')}",
         where=str(net_file),
-        mend="correct the files, or take the ways that are fastest at free flow "
-        "(--routing free-flow)",
+        mend="correct the files, or use the fastest routes at free flow (--routing free-flow)",
     )
 
 

@@ -34,7 +34,7 @@ class TrialRecord(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     values: dict[str, Any] = Field(description="Its options; none for the defaults.")
-    state: str = Field("unfinished", description="How far it came.")
+    state: str = Field("unfinished", description="Status.")
     mean: float | None = Field(None, description="Mean score of the rungs that it finished.")
     scores: tuple[Score, ...] = Field(
         description="Score with each tuning seed, those of the check last; none where it was not "

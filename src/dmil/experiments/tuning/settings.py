@@ -23,29 +23,29 @@ class TuningSettings(BaseModel):
     budget: int = Field(
         2000,
         ge=1,
-        description="Runs that each controller may spend in all, those of training included.",
+        description="Total runs per controller, training included.",
     )
     seeds: int = Field(
         18,
         ge=2 * FACTOR ** (RUNGS - 1),
         le=10_000,
         multiple_of=FACTOR ** (RUNGS - 1),
-        description="Tuning seeds of the last rung; the first ones have a ninth and a third.",
+        description="Tuning seeds of the last rung; earlier rungs have a ninth and a third.",
     )
     check_seeds: int = Field(
         20,
         ge=2,
         le=10_000,
-        description="Further tuning seeds, on which the best values meet the defaults.",
+        description="Further tuning seeds on which the best values are compared with the defaults.",
     )
     episodes: int = Field(
-        10, ge=0, description="Runs that a learner is trained for before the run that is judged."
+        10, ge=0, description="Training runs of a learner before the run that is scored."
     )
     frozen: bool = Field(
         False,
-        description="Judge learners frozen and greedy; by default they go on learning as they are.",
+        description="Score learners frozen and greedy; by default they keep learning.",
     )
-    metric: Metric = Field("delay_s", description="What is made as low as possible.")
+    metric: Metric = Field("delay_s", description="Metric to minimise.")
     seed: int = Field(
         0, ge=0, le=LARGEST_SEED, description="Master seed of the tuning seeds and of the search."
     )

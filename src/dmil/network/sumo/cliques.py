@@ -1,4 +1,4 @@
-"""Phases from the conflicts between movements alone: sets in which nobody crosses anybody."""
+"""Phases from the conflicts between movements alone: sets of movements that do not conflict."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class Clash:
             f"{way.from_edge} to {way.to_edge} (letter {way.letter})"
             for way in (self.one, self.other)
         )
-        return f"in {self.state} the ways {ways} cross or merge, and both have the right of way"
+        return f"in {self.state} the movements {ways} cross or merge, and both have priority"
 
 
 def first_clash(net_file: str | Path, shown: dict[str, list[str]]) -> Clash | None:

@@ -181,7 +181,7 @@ class _Guard:
             f"<{name}{' ' if names else ''}{names}>: {problem}",
             where=str(self.walk.place) if self.walk else self.path,
             expected="a SUMO network (<net>) as netconvert or netgenerate write it",
-            mend="correct this place, or write the network anew with netconvert",
+            mend="correct this, or rebuild the network with netconvert",
         )
 
 
@@ -231,7 +231,7 @@ def _positions(net: Any, path: str) -> dict[str, Point]:
             raise NetworkError(
                 f"there is no junction '{node.getID()}', but edges start or end there",
                 where=path,
-                mend="write the network anew with netconvert",
+                mend="rebuild the network with netconvert",
             )
         positions[node.getID()] = node.getCoord()
     return positions
@@ -244,7 +244,7 @@ def _lane(net: Any, lane: str, junction: str, path: str) -> Any:
         raise NetworkError(
             f"there is no lane '{lane}', but junction {junction} names it",
             where=path,
-            mend="write the network anew with netconvert",
+            mend="rebuild the network with netconvert",
         ) from None
 
 

@@ -109,7 +109,7 @@ class Logic:
     programs
         Ids of all programs that there are for it, the one in charge last.
     switches
-        Later times at which a timetable (WAUT) switches to another program, and to which.
+        Later times at which a schedule (WAUT) switches to another program, and to which.
     """
 
     id: str

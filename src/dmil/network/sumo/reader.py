@@ -53,7 +53,7 @@ def read_sumo_network(
         that do not cross, at most 16.
     additional
         Files with further signal programs: as in SUMO the one that is loaded last is the
-        intersection's own, or the one that a timetable (WAUT) names for the beginning.
+        intersection's own, or the one that a schedule (WAUT) names for the beginning.
     begin_s
         SUMO's time at which a run begins.
 
@@ -181,9 +181,9 @@ def _intersection(
             Remark(
                 "no-right-of-way",
                 f"{file.path}: tlLogic {logic.id}",
-                "its junctions have no matrix of right of way (<request>); all roads into it are "
-                "taken to conflict with each other",
-                "write the network anew with netconvert",
+                "its junctions have no right-of-way matrix (<request>); all roads into it are "
+                "taken to conflict",
+                "rebuild the network with netconvert",
             )
         )
     intersection = Intersection(

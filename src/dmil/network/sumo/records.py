@@ -38,8 +38,8 @@ class Remark:
         What it is about, one word for all of its sort:
 
         - ``no-vehicles``: a controller of no vehicle; it is left out.
-        - ``two-controllers``: a junction under two controllers; what the lesser one controls may
-          always go.
+        - ``two-controllers``: a junction under two controllers; what the lesser one controls always
+        open.
         - ``several-programs``: the last one is used, as SUMO does.
         - ``no-action``: no stage of the program gives green; the phases are derived instead.
         - ``single-action``: there is nothing to choose.

@@ -1,6 +1,6 @@
 """Signal programs as SUMO collects them: the network's, those of additional files, timetables.
 
-Of several programs of one signal SUMO shows the one that was loaded last, and a timetable (WAUT)
+Of several programs of one signal SUMO shows the one that was loaded last, and a schedule (WAUT)
 chooses by the time of day (SUMO docs: Traffic Lights).
 """
 
@@ -217,7 +217,7 @@ def _check_letters(logic: Logic, longest: int, path: str) -> None:
                 f"connections name letter {longest}",
                 where=f"{path}: tlLogic {logic.id}",
                 expected=f"at least {longest + 1} letters, one per connection",
-                mend="complete the state, or write the network anew with netconvert",
+                mend="complete the state, or rebuild the network with netconvert",
             )
 
 
@@ -229,5 +229,5 @@ def _error(
         problem,
         where=f"{place}: {element.tag} '{name}'",
         expected=expected or "programs as netconvert or netedit write them",
-        mend="correct this place; SUMO refuses it, too",
+        mend="correct this; SUMO also rejects it",
     )

@@ -46,7 +46,7 @@ def remarks_on(
         yield Remark(
             "program-switches",
             place,
-            f"a timetable (WAUT) switches its program: {logic.programs[-1]} at the beginning, "
+            f"a schedule (WAUT) switches its program: {logic.programs[-1]} at the beginning, "
             f"{times}",
             "compare in SUMO, or within the time of one program",
         )
@@ -80,7 +80,7 @@ def remarks_on(
             "never-served",
             place,
             f"no action of its program serves the movement from {movement.from_link} to "
-            f"{movement.to_link}; a phase was added for it, but in its own program nobody can go",
+            f"{movement.to_link}; a phase was added for it, but its own program never serves it",
             "give it green in a stage without yellow, or remove the connection",
         )
     if sequence:
@@ -97,7 +97,7 @@ def _on_stages(logic: Logic, links: Links, place: str) -> Iterator[Remark]:
             yield Remark(
                 "pedestrian-stage",
                 where,
-                f"in {stage.state} only pedestrians or others who are no vehicles go, for "
+                f"in {stage.state} only pedestrians or other non-vehicles go, for "
                 f"{stage.duration_s:g} s; no phase shows it",
                 "give them green together with vehicles that they do not cross",
             )
@@ -105,7 +105,7 @@ def _on_stages(logic: Logic, links: Links, place: str) -> Iterator[Remark]:
             yield Remark(
                 "empty-stage",
                 where,
-                f"in {stage.state} nobody goes for {stage.duration_s:g} s",
+                f"in {stage.state} nothing goes for {stage.duration_s:g} s",
                 "shorten it to the all-red time that is needed",
             )
         if any(following != (index + 1) % count for following in stage.after):
@@ -138,8 +138,8 @@ def _on_greens(logic: Logic, ways: SumoMovements, file: NetFile, place: str) -> 
             yield Remark(
                 "conflicting-greens",
                 place,
-                f"in {state} the ways {one.from_edge} to {one.to_edge} (letter {one.letter}) and "
-                f"{other.from_edge} to {other.to_edge} (letter {other.letter}) cross or merge, "
-                f"and both have the right of way{more}",
+                f"in {state} the movements {one.from_edge} to {one.to_edge} (letter {one.letter}) "
+                f"and {other.from_edge} to {other.to_edge} (letter {other.letter}) cross or merge, "
+                f"and both have priority{more}",
                 "write g for the one that yields, or r",
             )

@@ -141,7 +141,7 @@ def crossing(ways: SumoMovements, file: NetFile) -> tuple[Pairs, bool]:
 def gives_way(
     ways: SumoMovements, file: NetFile, signal: str, states: Iterable[str]
 ) -> tuple[tuple[int, ...], ...]:
-    """Find to whom every movement yields, from the junctions' ``response`` (ours).
+    """Find the movements that each movement yields to, from the junctions' ``response`` (ours).
 
     As in SUMO, who has ``G`` yields to nobody; who has ``g``, a letter for a turn on red, or no
     signal yields to those that the matrix names, if they may go at the same time. Lanes that the

@@ -8,7 +8,7 @@ from dmil.simulation.queue.state import NOBODY, TIME, FloatArray, IntArray, Layo
 
 @kernel
 def count_queued(state: State, steps: int) -> None:
-    """Count every queued vehicle's steps up to the next decision; who leaves takes his off."""
+    """Count every queued vehicle's steps up to the next decision; departures subtract theirs."""
     queue_veh, waiting_steps = state.queue_veh, state.waiting_steps
     for i in range(queue_veh.shape[0]):
         for j in range(queue_veh.shape[1]):
@@ -37,8 +37,8 @@ def count_standing(layout: Layout, trips: Trips, state: State, startup_lost_s: i
     """Count the queued vehicles that a start wave has not reached yet, per slot (ours).
 
     Behind a stop line vehicle after vehicle begins to move from the beginning of green on, sooner
-    than they cross it one headway after the other: those between are queued but do not stand.
-    Nobody moves behind a vehicle that has green and does not go.
+    than they cross it one headway after the other: those between are queued but do not stand. A
+    vehicle that has green and does not go blocks those behind it.
     """
     standing_veh, wave_veh_per_s = state.standing_veh, layout.start_wave_veh_per_s[0]
     for i in range(standing_veh.shape[0]):

@@ -77,7 +77,7 @@ class Accounts:
         ids, arrival_s = done[:, 0].astype(np.int64), done[:, 1] - self._begin_s
         spawned = int(np.searchsorted(self._depart_s, time_s))
         depart_s = self._depart_s[:spawned].astype(np.float64)
-        # Whoever has neither arrived nor entered waits outside, from departure until now.
+        # A vehicle that has neither arrived nor entered waits outside, from departure until now.
         delay_s = time_s - depart_s
         delay_s[ids] = done[:, 2]
         delay_s[under_way[:, 0].astype(np.int64)] = under_way[:, 1]

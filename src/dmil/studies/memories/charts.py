@@ -28,7 +28,7 @@ _SIZE = (470, 330)
 
 
 def shown_in_front(controllers: Sequence[str]) -> list[str]:
-    """Return whom the headline shows: the baselines and our memories, or the best there is."""
+    """Return the controllers of the headline: the baselines and our memories, if available."""
     front = [name for name in (*SUBJECTS, LONGEST_QUEUE_APPROACHING, LONGEST_QUEUE)]
     return [name for name in front if name in controllers]
 
@@ -121,7 +121,7 @@ def standing_chart(overall: pl.DataFrame) -> Chart | None:
         height=alt.Step(16),
         title=heading(
             "All controllers, over all cells",
-            "waiting over max-pressure's: interquartile mean, 95 % interval; logarithmic",
+            "waiting over max-pressure's: interquartile mean, 95 % interval; log scale",
         ),
     )
 
@@ -177,7 +177,7 @@ def waiting_and_bytes(overall: pl.DataFrame, cost: pl.DataFrame) -> Chart | None
         height=_SIZE[1],
         title=heading(
             "What memory costs and what it brings",
-            "means over all cells, 95 % interval; logarithmic; below 1: better than max-pressure",
+            "means over all cells, 95 % interval; log scale; below 1: better than max-pressure",
         ),
     )
 

@@ -1,4 +1,4 @@
-"""What every controller costs: memory, time, and what it takes until it is any good."""
+"""Cost of every controller: memory, time, and decisions to outperform max-pressure."""
 
 from __future__ import annotations
 

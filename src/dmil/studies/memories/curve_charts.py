@@ -33,7 +33,7 @@ def learning_chart(learning: pl.DataFrame, cells: Sequence[str]) -> Chart | None
         cells,
         alt.X(
             "x:Q",
-            title="hour, the last is the test",
+            title="hour (last: test)",
             axis=alt.Axis(grid=False, tickMinStep=1, tickCount=6, format="d"),
         ),
         "waiting / max-pressure's",
@@ -61,11 +61,11 @@ def memory_chart(memory: pl.DataFrame, cells: Sequence[str]) -> Chart | None:
         cells,
         alt.X(
             "x:Q",
-            title="hours, the last is the test",
+            title="hours (last: test)",
             axis=alt.Axis(grid=False, tickCount=6),
         ),
         "bytes per intersection",
-        heading("Memory over time", "true bytes per intersection, mean over seeds; logarithmic"),
+        heading("Memory over time", "true bytes per intersection, mean over seeds; log scale"),
     )
 
 
@@ -88,8 +88,8 @@ def ablation_chart(ablation: pl.DataFrame, subject: str) -> Chart | None:
         width=360,
         height=alt.Step(18),
         title=heading(
-            "What the ingredients bring",
-            "over all cells: interquartile mean of ratios, 95 % interval; to the right is worse",
+            "Effect of the components",
+            "over all cases: interquartile mean of ratios, 95 % interval; to the right is worse",
         ),
     )
 

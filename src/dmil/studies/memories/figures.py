@@ -40,33 +40,33 @@ def figures_of_study(tables: MemoriesTables) -> Iterator[Figure]:
         (
             "differences",
             "headline",
-            "Paired difference of the mean waiting time to that under max-pressure, in every cell; "
-            "left of the line is better.",
+            "Paired difference in mean waiting time from max-pressure, in every case; left of the "
+            "line is better.",
             charts.differences(standing, runs.cells, HEADLINE),
         ),
         (
             "standing",
             "standing",
-            "Every controller, over all cells and seeds. On the line: as long as max-pressure.",
+            "All controllers, over all cases and seeds. On the line: equal to max-pressure.",
             charts.standing_chart(overall),
         ),
         (
             "profile",
             "standing",
-            "How often a controller is how good: at 1, the share of runs in which vehicles wait "
-            "no longer than under max-pressure. Runs that failed count as never.",
+            "Performance profiles: at 1, the share of runs in which vehicles wait no longer than "
+            "under max-pressure. Failed runs never reach any value.",
             charts.profile_chart(tables.profiles, _in_profile(overall)),
         ),
         (
             "waiting_and_bytes",
             "memory",
-            "To the left is small, below is quick. Dashed: rules that remember nothing.",
+            "Further left: less memory; lower: shorter waits. Dashed: rules without memory.",
             charts.waiting_and_bytes(overall, cost),
         ),
         (
             "memory_over_time",
             "memory",
-            "How memories grow with experience.",
+            "Memory growth over training.",
             curve_charts.memory_chart(memory, runs.cells),
         ),
         (

@@ -1,4 +1,4 @@
-"""How learners learn: waiting and memory over the hours of their lives."""
+"""Learning curves: waiting and memory over training."""
 
 from __future__ import annotations
 

@@ -16,8 +16,8 @@ REFERENCES: dict[str, str] = {
     LONGEST_QUEUE_APPROACHING: "approaching",
     PLANNER: "limit",
 }
-"""Whom differences are taken to, and what columns of these differences begin with. The planner
-knows all arrivals, and runs on one intersection only: the limit there."""
+"""References of paired differences, and the prefixes of their columns. The planner knows all
+arrivals, and runs on one intersection only: the limit there."""
 CITY = "cityflow:"
 
 _SHORT = {

@@ -23,7 +23,7 @@ PRESET = "memories"
 SECTIONS = {
     "bars": "The bars",
     "limits": "The limit",
-    "rivals": "What is said of the other memories",
+    "rivals": "Claims on the other memories",
 }
 
 

@@ -21,46 +21,46 @@ class MemoriesStudySettings(BaseModel):
 
     controllers: tuple[str, ...] = Field(
         (),
-        description="Controllers, with options as in max-pressure,approaching=true; by default all "
-        "that make sense.",
+        description="Controllers, with options as in max-pressure,approaching=true; by default "
+        "all applicable ones.",
     )
     ablations: tuple[str, ...] = Field(
         (),
-        description="More controllers, which the report shows in a table of their own; by default "
-        "factored memory without one ingredient each, or nobody beside chosen controllers; "
-        "'none': nobody.",
+        description="Ablations, which the report shows in a separate table; by default factored "
+        "memory without one component each, or none if controllers are chosen; 'none': none.",
     )
     cells: tuple[str, ...] = Field(
         (),
         description="Networks with demand, as in grid:5x5*3 (three times the vehicles) or "
-        "cityflow:jinan_3x4; by default ten on grids and every city in the folder of data.",
+        "cityflow:jinan_3x4; by default ten on grids and every city in the data folder.",
     )
     data: Path | None = Field(
         None,
-        description="Folder with a folder per city in CityFlow's format (or with a folder cityflow "
-        "of these); without it those cities are left out. The variable DMIL_DATA does the same.",
+        description="Folder with one folder per city in CityFlow format (or with a folder "
+        "cityflow of these); without it cities are left out. Also set by the variable "
+        "DMIL_DATA.",
     )
-    seeds: int = Field(30, ge=1, description="Runs per controller and cell; seeds 0, 1, …")
-    first_seed: int = Field(0, ge=0, le=LARGEST_SEED, description="First of the seeds.")
+    seeds: int = Field(30, ge=1, description="Runs per controller and case; seeds 0, 1, …")
+    first_seed: int = Field(0, ge=0, le=LARGEST_SEED, description="First seed.")
     episodes: int = Field(
         5,
         ge=1,
-        description="Training runs of those that are trained; their chance is never a test's.",
+        description="Training runs of learners; their random numbers differ from all tests.",
     )
     horizon_s: int = Field(3600, ge=20, le=LONGEST_RUN_S, description="Length of a run in s.")
-    deep: bool = Field(True, description="Whether deep rivals run, too (extra deep).")
-    reward: str = Field(REWARD, description="What learners get.")
+    deep: bool = Field(True, description="Also run deep rivals (extra deep).")
+    reward: str = Field(REWARD, description="Reward of learners.")
     rewards: dict[str, str] = Field(
         {"sarsa": "diffusion", "dual-memory": "diffusion"},
-        description="Controllers that get another reward.",
+        description="Controllers with another reward.",
     )
     untrained: tuple[str, ...] = Field(
         ("factored", "lookahead"),
-        description="Learners that begin with the test: they learn from its first second.",
+        description="Untrained learners: they learn from the first second of the test.",
     )
     tuned: dict[str, dict[str, Any]] = Field(
         {},
-        description="Controllers, with or without options, to options that dmil tune has found.",
+        description="Controllers, with or without options, to the options found by dmil tune.",
     )
     tuning: tuple[dict[str, Any], ...] = Field(
         (), description="How these were found, for the report: budget, best against defaults."

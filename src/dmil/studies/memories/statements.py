@@ -55,7 +55,7 @@ class Bar:
     first
         Patterns of controllers, each of which has to show it.
     second
-        Whom it is compared with; "" where a number is compared with the threshold.
+        Controller it is compared with; "" where a number is compared with the threshold.
     relation, threshold
         What each comparison has to show.
     measure
@@ -101,7 +101,7 @@ BARS: tuple[Bar, ...] = (
     Bar(
         "below-longest-queue",
         "bars",
-        "Factored memory waits less than longest queue first on the same.",
+        "Factored memory waits less than longest queue first on the same networks.",
         SEVERAL,
         (SUBJECT,),
         LONGEST_QUEUE,
@@ -110,7 +110,7 @@ BARS: tuple[Bar, ...] = (
     Bar(
         "nowhere-above-max-pressure",
         "bars",
-        "Nowhere does factored memory wait longer than max-pressure, one intersection included.",
+        "Factored memory never waits longer than max-pressure, single intersections included.",
         EVERYWHERE,
         (SUBJECT,),
         MAX_PRESSURE,
@@ -119,7 +119,7 @@ BARS: tuple[Bar, ...] = (
     Bar(
         "nowhere-above-longest-queue",
         "bars",
-        "Nowhere does factored memory wait longer than longest queue first.",
+        "Factored memory never waits longer than longest queue first.",
         EVERYWHERE,
         (SUBJECT,),
         LONGEST_QUEUE,
@@ -138,8 +138,8 @@ BARS: tuple[Bar, ...] = (
     Bar(
         "below-approaching",
         "bars",
-        "Factored memory waits less than longest queue first that sees approaching vehicles, too, "
-        "where demand is light, unequal or varies with time.",
+        "Factored memory also waits less than longest queue first with approaching vehicles where "
+        "demand is light, unequal or time-varying.",
         LIGHT,
         (SUBJECT,),
         LONGEST_QUEUE_APPROACHING,
@@ -148,7 +148,7 @@ BARS: tuple[Bar, ...] = (
     Bar(
         "nowhere-above-approaching",
         "bars",
-        "Nowhere does it wait longer than longest queue first that sees approaching vehicles, too.",
+        "It never waits longer than longest queue first with approaching vehicles.",
         EVERYWHERE,
         (SUBJECT,),
         LONGEST_QUEUE_APPROACHING,
@@ -157,7 +157,7 @@ BARS: tuple[Bar, ...] = (
     Bar(
         "ten-kilobytes",
         "bars",
-        "Factored memory takes less than 10 kB per intersection, in the largest of all runs.",
+        "Factored memory takes less than 10 kB per intersection in every run.",
         EVERYWHERE,
         (SUBJECT,),
         "",
@@ -168,7 +168,7 @@ BARS: tuple[Bar, ...] = (
     Bar(
         "nobody-beats-the-future",
         "limits",
-        "On one intersection nobody waits less than a planner that knows all arrivals.",
+        "On one intersection no controller waits less than a planner that knows all arrivals.",
         SINGLE,
         ("*",),
         PLANNER,
@@ -195,8 +195,8 @@ BARS: tuple[Bar, ...] = (
     Bar(
         "exact-states-never-recur",
         "rivals",
-        "Exact states hardly ever recur under load: SARSA on them waits as long as random "
-        "choice, within 10 %.",
+        "Exact states rarely recur under load: SARSA on them waits as long as random choice, "
+        "within 10 %.",
         ("grid:5x5", "grid:5x5[*]3", "grid:5x5[*]3.6"),
         ("sarsa", "sarsa,epsilon=*"),
         "random",
@@ -215,7 +215,7 @@ BARS: tuple[Bar, ...] = (
     Bar(
         "two-memories-neutral",
         "rivals",
-        "Splitting the paper's memory in short and long term changes waiting by less than 5 %.",
+        "Splitting the paper's memory into short and long term changes waiting by less than 5 %.",
         EVERYWHERE,
         ("dual-memory,epsilon=0.05",),
         "sarsa,embedding=complex,epsilon=0.05",
@@ -243,7 +243,7 @@ BARS: tuple[Bar, ...] = (
     Bar(
         "learned-keys-help",
         "rivals",
-        "Keys that are learned wait less than raw counts: NEC below MFEC (Pritzel et al. 2016).",
+        "Learned keys wait less than raw counts: NEC below MFEC (Pritzel et al. 2016).",
         EVERYWHERE,
         ("nec*",),
         "mfec",
@@ -252,7 +252,7 @@ BARS: tuple[Bar, ...] = (
     Bar(
         "team-value-helps",
         "rivals",
-        "A team's value, VDN, waits less than DQN, where every intersection learns for itself.",
+        "A team value, VDN, waits less than DQN, where every intersection learns alone.",
         SEVERAL,
         ("vdn*",),
         "dqn",

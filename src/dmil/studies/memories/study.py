@@ -68,7 +68,7 @@ class MemoriesStudy:
         labels = {each.label for each in variants}
         if settings.tuned and not settings.tuned.keys() & (names | labels):
             raise InputError(
-                f"options of {', '.join(sorted(settings.tuned))}, none of whom runs",
+                f"options of {', '.join(sorted(settings.tuned))}, none of which runs",
                 where="tuned",
                 expected=f"options of controllers of the study: {', '.join(sorted(names))}",
             )

@@ -63,12 +63,12 @@ def standing_table(tables: MemoriesTables) -> Group:
         The study.
     """
     runs = tables.runs
-    where = f"{counted(len(runs.cells), 'cell')}, {counted(len(runs.seeds), 'seed')}"
+    where = f"{counted(len(runs.cells), 'case')}, {counted(len(runs.seeds), 'seed')}"
     title = Text(f"W over max-pressure's on the same vehicles, {where}", "italic")
     caption = (
         "Interquartile mean ± half of its 95 % interval; share of runs in which it is\n"
-        "less; bytes per intersection and µs per decision (all intersections), in the\n"
-        "cell with most; decisions until the queue stays below max-pressure's, likewise."
+        "lower; bytes per intersection, µs per decision (all intersections) and decisions\n"
+        "to outperform max-pressure, each in the case with most."
     )
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=0)
     table.add_column("", no_wrap=True, width=27, overflow="ellipsis")
@@ -112,7 +112,7 @@ def cells_table(tables: MemoriesTables, controller: str) -> Group:
     controller
         Its label.
     """
-    title = f"{controller_name(controller)}: W in s, its paired difference to others in %"
+    title = f"{controller_name(controller)}: W in s, paired differences from others in %"
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=0)
     table.add_column("", no_wrap=True)
     for head in ("W", *_HEADS.values()):

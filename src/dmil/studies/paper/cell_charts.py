@@ -233,7 +233,7 @@ def preset_sensitivity(table: pl.DataFrame) -> Chart | None:
         )
         .properties(
             title=heading(
-                "How much the results depend on what the paper leaves open",
+                "Sensitivity to what the paper leaves open",
                 "mean and 95 % interval over seeds under each preset; lower is better",
             )
         )

@@ -60,16 +60,16 @@ def _of_study(tables: PaperTables, preset: str) -> list[Drawn]:
             "against_max_pressure",
             "headline",
             "",
-            "How much longer vehicles wait than under max-pressure, on the same demand. Left of "
-            "the line would be better than max-pressure.",
+            "Extra waiting time against max-pressure, with the same demand. Left of the line: "
+            "better than max-pressure.",
             cell_charts.against_max_pressure(tables.summary, preset),
         ),
         (
             "sensitivity",
             "sensitivity",
             "",
-            "The same agents under the presets of this study: what each fills in for the paper is "
-            "listed under assumptions.",
+            "The same agents under the presets of this study; the assumptions list what each adds "
+            "to the paper.",
             cell_charts.preset_sensitivity(tables.sensitivity),
         ),
     ]
@@ -86,8 +86,7 @@ def _of_scenario(
     sizes = curves(results, "msize_per_agent", preset, scenario, since_start=True)
     settings = _memory_settings(results, scenario)
     bounded = (
-        " Dotted: the most that may be added in as many decisions, by the corrected theory; no run "
-        "can lie above."
+        " Dotted: upper bound on growth for as many decisions, by the corrected theory."
         if settings
         else ""
     )
@@ -111,7 +110,7 @@ def _of_scenario(
             "memory",
             scenario,
             "What the paper's Fig. 5 draws, m_L: entries of long-term memory, for SARSA of its "
-            "table, m_Q, mean of all intersections. Every agent begins with what it took from the "
+            "table, m_Q, mean of all intersections. Every agent starts with its entries from the "
             "training phase.",
             time_charts.memory_recorded(recorded, scenario),
         ),
@@ -119,7 +118,7 @@ def _of_scenario(
             f"memory_growth_{end}",
             "memory",
             scenario,
-            "The same, minus the entries present at the start: the slopes that the paper compares.",
+            "The same, minus the entries present at the start: the paper compares these slopes.",
             time_charts.memory_growth(grown, scenario),
         ),
         (

@@ -46,7 +46,7 @@ class Preset(BaseModel):
     )
     no_memory_embedding: NoMemory = Field(
         "exact",
-        description="Classes of the agent that the table calls 'No Memory'; but for exact "
+        description="Classes of the agent that the table calls 'No Memory'; except exact "
         f"{mark('no_memory_embedding')}.",
     )
 
@@ -74,7 +74,7 @@ class PaperStudySettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     presets: tuple[PresetName, ...] = Field(
-        ("literal", "decaying", "matched"), min_length=1, description="Readings to run."
+        ("literal", "decaying", "matched"), min_length=1, description="Presets to run."
     )
     epsilon_decay: float | None = _instead_of_preset("epsilon_decay")
     training_factor: int | None = _instead_of_preset("training_factor")
@@ -82,8 +82,8 @@ class PaperStudySettings(BaseModel):
     grids: tuple[str, ...] = Field(
         ("1x1", "3x3", "5x5"), min_length=1, description="Grids, ROWSxCOLUMNS [P]."
     )
-    seeds: int = Field(30, ge=1, description=f"Runs per cell; seeds 0, 1, … {mark('seeds')}.")
-    first_seed: int = Field(0, ge=0, le=LARGEST_SEED, description="First of the seeds.")
+    seeds: int = Field(30, ge=1, description=f"Runs per case; seeds 0, 1, … {mark('seeds')}.")
+    first_seed: int = Field(0, ge=0, le=LARGEST_SEED, description="First seed.")
     horizon_s: int = Field(
         300,
         ge=20,
@@ -99,8 +99,8 @@ class PaperStudySettings(BaseModel):
     )
     ties: Ties = Field(
         "straight",
-        description="What decides between equally short ways: straight (straight on first, which "
-        "leaves one way per pair of nodes) or coin (at every place a fair coin, drawn in "
+        description="Choice between equally short routes: straight (straight on first, which "
+        "gives one route per pair of nodes) or coin (a fair coin at every choice, drawn in "
         f"advance) {mark('ties')}.",
     )
     rewards: tuple[str, ...] = Field(
@@ -112,9 +112,10 @@ class PaperStudySettings(BaseModel):
     complex_readings: tuple[ComplexReading, ...] = Field(
         ("complex", "complex-scaled"),
         min_length=1,
-        description="Readings of the complex classes; the first stands in the paper's table, the "
-        "others beside it: complex adds rotation and scale to simple, as the text says, "
-        f"complex-scaled has simple's tolerance after scaling only {mark('complex_readings')}.",
+        description="Readings of the complex classes; the first is used in the paper's table, the "
+        "others for comparison: complex adds rotation and scale to simple, as the text says, "
+        "complex-scaled applies simple's tolerance after scaling only "
+        f"{mark('complex_readings')}.",
     )
     training_epsilon: float = Field(
         0.1, ge=0, le=1, description=f"ε_train of the dummy agent {mark('training_epsilon')}."
@@ -125,28 +126,27 @@ class PaperStudySettings(BaseModel):
     variant_seeds: int = Field(
         10,
         ge=0,
-        description="Seeds with which also runs, on the largest grid, what the paper leaves to "
-        "future work: other triggers, other messages, delays, losses, predictions from "
-        "neighbours; 0: none.",
+        description="Seeds for runs, on the largest grid, of the paper's future work: other "
+        "triggers, messages, delays, losses, predictions from neighbours; 0: none.",
     )
     variant_factor: int = Field(
         6, ge=1, description="How many times longer these runs are: half an hour by default."
     )
     sarsa: SarsaSettings = Field(
         SarsaSettings(),
-        description="Non-memory agent; embedding, communication, ε decay are the study's.",
+        description="Non-memory agent; the study sets embedding, communication and ε decay.",
     )
     dual_memory: DualMemorySettings = Field(
         DualMemorySettings(), description="Memory-based agent; likewise."
     )
     timing: TimingChanges = Field(
         TimingChanges(decision_interval_s=10),
-        description="When signals may change; the decision interval is t_a "
+        description="Signal timing; the decision interval is t_a "
         f"{mark('timing.decision_interval_s')}.",
     )
     dynamics: DynamicsChanges = Field(
         DynamicsChanges(saturation_flow_veh_per_s=1.0),
-        description="How queues discharge; the saturation flow is v*.",
+        description="Queue dynamics; the saturation flow is v*.",
     )
     demand: DemandChanges = Field(
         DemandChanges(), description="Random arrivals in place of the paper's."

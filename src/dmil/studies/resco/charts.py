@@ -130,7 +130,7 @@ def delays(headline: pl.DataFrame, simulator: str) -> Chart | None:
         .properties(
             title=heading(
                 f"Average delay in {simulator_label(simulator)} (dots) and as published (diamonds)",
-                "mean and 95 % interval over seeds; logarithmic; lower is better",
+                "mean and 95 % interval over seeds; log scale; lower is better",
             )
         )
     )

@@ -31,15 +31,14 @@ def figures_of_study(tables: RescoTables) -> Iterator[Figure]:
             "delays",
             "headline",
             f"Every controller, frozen and greedy, in {simulator_label(judge)}. Dots: mean over "
-            "seeds and 95 % interval. Diamonds: what was published for the same kind of "
-            "controller.",
+            "seeds and 95 % interval. Diamonds: published values for the same kind of controller.",
             charts.delays(tables.headline, judge),
         ),
         (
             "simulators",
             "agreement",
             "Average delay of every controller on every network: in SUMO to the right, in the "
-            "queue simulator upwards. Circles and diamonds learn, diamonds communicate, too. "
+            "queue simulator upwards. Circles and diamonds learn, diamonds also communicate. "
             "SUMO's actuated control runs in SUMO only.",
             charts.simulators_scatter(tables.scores, judge),
         ),

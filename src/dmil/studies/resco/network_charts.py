@@ -68,7 +68,7 @@ def delay_by_simulator(scores: pl.DataFrame, scenario: str) -> Chart | None:
         height=alt.Step(7),
         title=heading(
             f"Delay in every simulator, {network_label(scenario)}",
-            "mean and 95 % interval over seeds; logarithmic",
+            "mean and 95 % interval over seeds; log scale",
         ),
     )
 
@@ -188,7 +188,7 @@ def delay_and_memory(scores: pl.DataFrame, scenario: str, judge: str) -> Chart |
         height=_SIZE[1],
         title=heading(
             f"Delay in {simulator_label(judge)} and memory, {network_label(scenario)}",
-            "mean and 95 % interval over seeds; logarithmic; lines: no memory",
+            "mean and 95 % interval over seeds; log scale; lines: no memory",
         ),
     )
 

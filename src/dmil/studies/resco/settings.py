@@ -22,42 +22,39 @@ class RescoStudySettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     scenarios: tuple[str, ...] = Field(
-        NETWORKS, min_length=1, description="Networks of RESCO, without the resco/ before them."
+        NETWORKS, min_length=1, description="RESCO networks, without the prefix resco/."
     )
     seeds: int = Field(5, ge=1, description="Runs per controller; seeds 0, 1, …")
-    first_seed: int = Field(0, ge=0, description="First of the seeds.")
-    episodes: int = Field(
-        100, ge=1, description="Training runs of each learner; their seeds are never test seeds."
-    )
+    first_seed: int = Field(0, ge=0, description="First seed.")
+    episodes: int = Field(100, ge=1, description="Training runs per learner, never on test seeds.")
     horizon_s: int | None = Field(
         None, ge=20, description="Length of a run in s; by default RESCO's hour."
     )
     resample: bool = Field(
         False,
-        description="Judge every seed on another day drawn from the recorded vehicles, each "
-        "departing a little sooner or later; RESCO has one day.",
+        description="Evaluate every seed on a day resampled from the recorded vehicles, with "
+        "slightly shifted departures; RESCO has one day.",
     )
     train_in: Literal["queue", "sumo"] = Field(
-        "queue", description="Simulator that learners train in; they are judged in SUMO either way."
+        "queue", description="Simulator for training; evaluation is in SUMO either way."
     )
     judge: Literal["sumo", "sumo-meso"] = Field(
         "sumo",
-        description="SUMO's model that controllers are judged in. The calibration always measures "
-        "the microscopic one, and does not fit the mesoscopic.",
+        description="SUMO model for evaluation. The calibration always measures the microscopic "
+        "one and is not valid for the mesoscopic.",
     )
     calibrate: bool = Field(
         True,
-        description="Measure in one SUMO run per network what the queue simulator should use, and "
-        "train with it.",
+        description="Calibrate the queue simulator by one SUMO run per network, and train with it.",
     )
     emissions: bool = Field(True, description="Have SUMO compute CO2 and fuel.")
-    reward: str = Field("diffusion", description="What learners get.")
+    reward: str = Field("diffusion", description="Reward of learners.")
     sarsa: SarsaSettings = Field(
         SarsaSettings(epsilon=0.1), description="Non-memory agent, exact states."
     )
     dual_memory: DualMemorySettings = Field(
         DualMemorySettings(epsilon=0.1),
-        description="Memory-based agent; classes and communication are the study's.",
+        description="Memory-based agent; the study sets classes and communication.",
     )
 
     _distinct = field_validator("scenarios")(distinct)

@@ -174,7 +174,7 @@ def test_it_says_what_it_cannot_foresee():
         with pytest.raises(InputError, match=problem) as caught:
             begin(*arguments)
         assert "grid:1x1" in str(caught.value)
-    with pytest.raises(InputError, match="not told the journeys"):
+    with pytest.raises(InputError, match="does not get the journeys"):
         make_controller("foresight").begin(Situation(single, SignalTiming(), stream(0, "none")))
 
 

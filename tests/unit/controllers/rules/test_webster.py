@@ -245,7 +245,7 @@ def test_the_cycle_keeps_its_bounds():
 
 
 def test_without_journeys_there_are_no_flows():
-    with pytest.raises(InputError, match=r"'webster': it is not told the journeys .* fixed-cycle"):
+    with pytest.raises(InputError, match=r"'webster': it does not get the journeys .* fixed-cycle"):
         planned(grid(1, 1), None)
 
 

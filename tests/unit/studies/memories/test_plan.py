@@ -168,7 +168,7 @@ def test_options_tuned_for_others_only_are_refused():
     settings = MemoriesStudySettings(
         controllers=("random",), cells=("grid:1x1",), tuned={"sarsa": {"discount": 0.9}}
     )
-    with pytest.raises(InputError, match="options of sarsa, none of whom runs"):
+    with pytest.raises(InputError, match="options of sarsa, none of which runs"):
         MemoriesStudy(settings).check()
 
 

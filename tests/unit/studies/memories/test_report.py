@@ -80,7 +80,7 @@ def test_there_is_a_section_for_every_claim_with_its_verdict(report, study):
     for row in claims.iter_rows(named=True):
         assert f'id="claim-{row["id"]}"' in page
         assert row["sentence"] in text and row["verdict"] in text
-    assert "8 of 8 bars are met" in text
+    assert "8 of 8 targets are met" in text
 
 
 def test_what_failed_and_what_was_tuned_is_said(report):
@@ -100,7 +100,7 @@ def test_cities_that_are_missing_are_named_with_what_to_do(tmp_path):
     text = text_of(write_report(folder, pictures=False))
     assert "Recorded cities (Jinan, Hangzhou) were left out" in text
     assert "--data DIR" in text and "DMIL_DATA" in text
-    assert "One seed: no interval and no verdict can be given." in text
+    assert "One seed: no intervals and no verdicts." in text
 
 
 def test_the_headline_shows_ours_beside_the_honest_baseline(figures):

@@ -101,7 +101,7 @@ def test_the_headline_comes_from_the_verdicts(complete, page):
     matched = table.filter((table["preset"] == "matched") & (table["source"] != "ours"))
     text = " ".join("".join(page.text).split())
     counted = dict(matched.group_by("outcome").len().rows())
-    assert f"Of {matched.height} claims of the paper, in this run under matched: " in text
+    assert f"Of {matched.height} claims of the paper, with matched: " in text
     # The headline counts what is listed below it.
     for outcome, says, title in (
         ("holds", "hold", "Holds"),
@@ -109,7 +109,7 @@ def test_the_headline_comes_from_the_verdicts(complete, page):
         (
             "depends",
             "depend on the reward",
-            "Depends on the reward, or on how it is read or counted",
+            "Depends on the reward, the reading or the metric",
         ),
         ("not shown", "are not shown", "Not shown"),
     ):
@@ -218,17 +218,17 @@ def test_missing_controllers_are_no_obstacle(make_study, name):
 def test_one_seed_is_said_and_nothing_is_claimed(make_study):
     path = write_report(make_study(scenarios=("grid:3x3",), seeds=1), pictures=False)
     text = " ".join("".join(_Page(path.read_text()).text).split())
-    assert "One seed: no interval and no verdict can be given." in text
-    assert "No claim of the paper can be judged" in text
+    assert "One seed: no intervals and no verdicts." in text
+    assert "These runs cannot test any claim of the paper" in text
 
 
 def test_another_setting_than_the_papers_is_said(make_study):
     folder = make_study(scenarios=("grid:1x1",), seeds=2)
     manifest = json.loads((folder / "manifest.json").read_text())
-    assert "do not compare" not in write_report(folder, pictures=False).read_text()
+    assert "not comparable" not in write_report(folder, pictures=False).read_text()
     manifest["configuration"]["load"] = 3.0
     (folder / "manifest.json").write_text(json.dumps(manifest))
-    assert "so the two do not compare" in write_report(folder, pictures=False).read_text()
+    assert "so the two are not comparable" in write_report(folder, pictures=False).read_text()
 
 
 def test_text_from_a_study_is_no_markup(make_study):
