@@ -116,17 +116,19 @@ def _difference(
 ) -> Item | None:
     row = known.get((cell, name))
     short = REFERENCES.get(bar.second)
-    if row is None or runs.number(bar.second) is None:
+    if row is None or bar.second not in runs.controllers:
         return None
     if short is not None:  # the very number of the table
         keys = (f"{short}_pct", f"{short}_low", f"{short}_high")
         value, low, high = (np.nan if row[key] is None else float(str(row[key])) for key in keys)
         seeds = row["n"]
     else:
-        where = runs.cells.index(cell)
+        first, second = (
+            runs.of(WAIT, cell=cell, controller=each)[:, None] for each in (name, bar.second)
+        )
         found = paired_difference(
-            runs.of(WAIT, name)[where][:, None],
-            runs.of(WAIT, bar.second)[where][:, None],
+            first,
+            second,
             stream(0, "bootstrap", "memories", cell, bar.second),
             relative=True,
         )

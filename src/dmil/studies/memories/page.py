@@ -7,6 +7,7 @@ from typing import Any
 
 import polars as pl
 
+from dmil.analysis.panel import rows_by
 from dmil.analysis.verdicts import FEWEST_SEEDS
 from dmil.reports.configuration import configuration_rows
 from dmil.reports.figure import Figure
@@ -94,10 +95,10 @@ class MemoriesReport:
             "controllers": ranked["controller"].to_list(),
             "ablations": runs.ablations,
             "overall": ranked.rows(named=True),
-            "standing": _by(made.standing, "cell", "controller"),
-            "cost": _by(made.cost, "cell", "controller"),
+            "standing": rows_by(made.standing, "cell", "controller"),
+            "cost": rows_by(made.cost, "cell", "controller"),
             "costs": _costs(made.cost),
-            "ablation": _by(made.ablation, "controller", "cell"),
+            "ablation": rows_by(made.ablation, "controller", "cell"),
             "rates": rates.rows(named=True),
             "references": REFERENCES,
             "subject": SUBJECT,
@@ -128,11 +129,6 @@ def _costs(cost: pl.DataFrame) -> dict[str, dict[str, Any]]:
         diverged=pl.col("diverged").sum(),
     )
     return {row["controller"]: row for row in table.iter_rows(named=True)}
-
-
-def _by(table: pl.DataFrame, *keys: str) -> dict[tuple[Any, ...], dict[str, Any]]:
-    """Return the rows of a table by the values of some columns."""
-    return {tuple(row[key] for key in keys): row for row in table.iter_rows(named=True)}
 
 
 REPORT = MemoriesReport

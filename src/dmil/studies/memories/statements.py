@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Literal
@@ -72,13 +73,13 @@ class Bar:
     threshold: float = 0.0
     measure: Literal["wait", "bytes"] = "wait"
 
-    def cells_among(self, names: tuple[str, ...]) -> tuple[list[str], list[str]]:
+    def cells_among(self, names: Sequence[str]) -> tuple[list[str], list[str]]:
         """Return the cells of a study that the claim is about, and the patterns without any."""
         found = [name for name in names if any(fnmatchcase(name, each) for each in self.cells)]
         lacking = [p for p in self.cells if not any(fnmatchcase(name, p) for name in names)]
         return found, lacking
 
-    def first_among(self, names: tuple[str, ...]) -> list[str]:
+    def first_among(self, names: Sequence[str]) -> list[str]:
         """Return the controllers of a study that the claim is about."""
         return [
             name

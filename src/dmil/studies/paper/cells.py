@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass, field
+from dataclasses import astuple, dataclass
 from functools import cached_property
 
 import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from dmil.analysis.panel import EMBEDDING_ORDER, check_distinct, check_success, ordered, panel_of
+from dmil.analysis.panel import (
+    EMBEDDING_ORDER,
+    RunPanel,
+    check_distinct,
+    check_success,
+    numeric,
+    on_axes,
+    ordered,
+)
 from dmil.results import Results
 from dmil.studies.paper.published import (
     PublishedArchitecture,
@@ -47,33 +55,20 @@ LEARNERS = ("sarsa", "dual-memory")
 CONTROLLER_ORDER = (*LEARNERS, *BASELINES)
 
 
-Key = tuple[str | bool | float | None, ...]
+@dataclass(frozen=True, kw_only=True)
+class Cells(RunPanel):
+    """All successful runs; the axes are ``seed`` and ``cell``, the rows of the table.
 
-
-@dataclass(frozen=True)
-class Cells:
-    """Measures of all successful runs as (seeds, cells) arrays.
-
-    Parameters
+    Attributes
     ----------
-    table
+    table: polars.DataFrame
         One row per cell: the columns of :data:`CELL`, in the order of the paper.
-    seeds
-        Seeds, ascending.
-    measures
-        Name of the measure to array (seeds, cells); NaN where there is no run.
-    reading
+    reading: Reading
         Which cells the columns of the paper's table stand for.
     """
 
     table: pl.DataFrame
-    seeds: tuple[int, ...]
-    measures: dict[str, NDArray[np.float64]]
-    reading: Reading = field(default_factory=Reading)
-
-    @cached_property
-    def _numbers(self) -> dict[Key, int]:
-        return {key: number for number, key in enumerate(self.table.rows())}
+    reading: Reading
 
     @cached_property
     def named(self) -> pl.DataFrame:
@@ -104,9 +99,7 @@ class Cells:
         self, preset: str, scenario: str, reward: str, architecture: PublishedArchitecture
     ) -> int | None:
         """Return the number of a learning agent's cell, None if it was not run."""
-        a = architecture
-        name = (preset, scenario, reward)
-        return self._numbers.get((*name, *astuple(a)))
+        return self.number("cell", (preset, scenario, reward, *astuple(architecture)))
 
     def baseline(self, preset: str, scenario: str, controller: str) -> int | None:
         """Return the number of a baseline's cell, None if it was not run.
@@ -114,7 +107,9 @@ class Cells:
         A baseline does not depend on the preset: if the preset has none, another's stands in.
         """
         for name in (preset, *self.presets):
-            number = self._numbers.get((name, scenario, None, controller, None, False, None, None))
+            number = self.number(
+                "cell", (name, scenario, None, controller, None, False, None, None)
+            )
             if number is not None:
                 return number
         return None
@@ -172,9 +167,10 @@ def arrange(runs: pl.DataFrame, results: Results) -> Cells:
     ranks = [_rank(column, order) for column, order in orders.items()]
     table = runs.select(CELL).unique().sort(*ranks, *CELL, nulls_last=True)
     seeds = sorted(runs["seed"].unique().to_list())
-    panel = panel_of((seeds, runs["seed"].to_list()), (table.rows(), runs.select(CELL).rows()))
-    measures = panel.measures(runs, but=(*CELL, "seed"))
-    return Cells(table, tuple(seeds), measures, reading)
+    axes = {"seed": seeds, "cell": table.rows()}
+    array = on_axes(runs, axes, cell=runs.select(CELL).rows())
+    measures = {name: array(name) for name in numeric(runs, but=(*CELL, "seed"))}
+    return Cells(axes=axes, measures=measures, table=table, reading=reading)
 
 
 def _rank(column: str, order: Sequence[str]) -> pl.Expr:

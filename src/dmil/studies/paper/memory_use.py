@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import polars as pl
 
+from dmil.analysis.estimates import as_column, seed_means
 from dmil.results import Results
 from dmil.studies.paper.cells import Cells
 from dmil.studies.paper.published import (
@@ -12,7 +13,7 @@ from dmil.studies.paper.published import (
     PublishedArchitecture,
     intersections_of,
 )
-from dmil.studies.paper.summaries import as_cells, seed_means, series_of
+from dmil.studies.paper.summaries import as_cells, named_rows
 
 
 def memory_table(results: Results | Cells) -> pl.DataFrame:
@@ -43,13 +44,8 @@ def memory_table(results: Results | Cells) -> pl.DataFrame:
             for reward in cells.rewards:
                 rows += [(preset, scenario, reward, agent) for agent in agents]
                 numbers += [cells.find(preset, scenario, reward, agents[agent]) for agent in agents]
-    table = pl.DataFrame(
-        rows,
-        schema=dict.fromkeys(("preset", "scenario", "reward", "agent"), pl.String()),
-        orient="row",
-    )
     columns = {
-        name: series_of(seed_means(cells.columns(measure, numbers)))
+        name: as_column(seed_means(cells.columns(measure, numbers)))
         for name, measure in (
             ("first_long", "first_long_entries"),
             ("long", "long_entries"),
@@ -61,7 +57,8 @@ def memory_table(results: Results | Cells) -> pl.DataFrame:
     }
     counts = [intersections_of(row[1]) for row in rows]
     return (
-        table.with_columns(**columns)
+        named_rows(rows, "preset", "scenario", "reward", "agent")
+        .with_columns(**columns)
         .with_columns(
             per_agent_total=pl.col("entries") * pl.Series(counts, dtype=pl.Int64, strict=False)
         )

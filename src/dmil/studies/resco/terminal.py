@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import polars as pl
@@ -112,7 +113,7 @@ def as_json(tables: RescoTables) -> dict[str, Any]:
     }
 
 
-def _network_names(scenarios: tuple[str, ...]) -> list[str]:
+def _network_names(scenarios: Sequence[str]) -> list[str]:
     """Return names of networks, in short where the width of a terminal asks for it."""
     names = [name.rpartition("/")[2] for name in scenarios]
     if _NAME_WIDTH + sum(1 + len(name) for name in names) <= _WIDTH:
