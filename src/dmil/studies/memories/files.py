@@ -7,6 +7,8 @@ from typing import Any
 
 import polars as pl
 
+from dmil.analysis.claims import difference_text
+from dmil.analysis.panel import rows_by
 from dmil.studies.memories.names import REFERENCES, cell_label, controller_name
 from dmil.studies.memories.statements import SUBJECT
 from dmil.studies.memories.tables import MemoriesTables
@@ -55,7 +57,7 @@ def _headline(tables: MemoriesTables) -> tuple[list[str], list[list[str]]]:
     names = known["controller"].to_list()
     subject = SUBJECT if SUBJECT in names else names[0] if names else None
     references = [name for name in REFERENCES if name in runs.controllers]
-    entries = {(r["cell"], r["controller"]): r for r in tables.standing.iter_rows(named=True)}
+    entries = rows_by(tables.standing, "cell", "controller")
     shown = [*references, *([subject] if subject else [])]
     head = ["W in s", *(controller_name(name) for name in shown)]
     if subject:
@@ -77,10 +79,7 @@ def _mean(row: Mapping[str, Any] | None) -> str:
 def _difference(row: Mapping[str, Any] | None, short: str) -> str:
     if row is None or row[f"{short}_pct"] is None:
         return "–"
-    text = f"{row[f'{short}_pct']:+.1f} %"
-    if row[f"{short}_low"] is not None:
-        text += f" [{row[f'{short}_low']:+.1f}, {row[f'{short}_high']:+.1f}]"
-    return text.replace("-", "−")
+    return difference_text(*(row[f"{short}_{end}"] for end in ("pct", "low", "high")))
 
 
 def _line(cells: list[str]) -> str:

@@ -7,8 +7,8 @@ from typing import Any
 
 import polars as pl
 
+from dmil.analysis.claims import FEWEST_SEEDS
 from dmil.analysis.panel import rows_by
-from dmil.analysis.verdicts import FEWEST_SEEDS
 from dmil.reports.configuration import configuration_rows
 from dmil.reports.figure import Figure
 from dmil.reports.files import csv

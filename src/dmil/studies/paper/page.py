@@ -9,7 +9,7 @@ from typing import Any
 import markupsafe
 import polars as pl
 
-from dmil.analysis.verdicts import FEWEST_SEEDS
+from dmil.analysis.claims import FEWEST_SEEDS
 from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.errors import unknown_name
 from dmil.reports.configuration import configuration_rows

@@ -1,7 +1,7 @@
 import polars as pl
 import pytest
 
-from dmil.analysis.verdicts import judge
+from dmil.analysis.claims import judge
 from dmil.results import Results
 from dmil.studies.paper.claims import claims, verdict_of
 from dmil.studies.paper.comparisons import CellComparison, Evidence

@@ -43,7 +43,7 @@ def row_of(table, **values):
 
 def test_runs_are_arranged_by_simulator_network_contender_and_seed(results):
     runs = judged(results)
-    assert runs.judge == SUMO and runs.simulators == (SUMO, CALIBRATED, QUEUE)
+    assert runs.judge == SUMO and runs.simulators == [SUMO, CALIBRATED, QUEUE]
     # Real towns first, small networks before large ones.
     assert [name.removeprefix("resco/") for name in runs.scenarios] == [
         "cologne1",
