@@ -11,7 +11,7 @@ from dmil.analysis.claims import FEWEST_SEEDS
 from dmil.analysis.panel import rows_by
 from dmil.reports.configuration import configuration_rows
 from dmil.reports.figure import Figure
-from dmil.reports.files import csv
+from dmil.reports.files import csv, evidence_csv
 from dmil.reports.html import check_preset, environment, shared_values
 from dmil.results import Results
 from dmil.studies.memories.figures import DARK, figures_of_study
@@ -47,7 +47,6 @@ class MemoriesReport:
     def tables(self) -> dict[str, str | bytes]:
         """Return the tables' files by name."""
         made = self._tables
-        evidence = made.claims.select("id", "evidence").explode("evidence").drop_nulls("evidence")
         return {
             "tables/standing.csv": csv(made.standing),
             "tables/standing.md": standing_markdown(made),
@@ -58,7 +57,7 @@ class MemoriesReport:
             "tables/learning.csv": csv(made.learning),
             "tables/ablation.csv": csv(made.ablation),
             "tables/claims.csv": csv(made.claims),
-            "tables/claims_evidence.csv": csv(evidence.unnest("evidence")),
+            "tables/claims_evidence.csv": evidence_csv(made.claims),
             "tables/failures.csv": csv(made.failures),
         }
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import chain
 from typing import Any
 
 from dmil.analysis.panel import ordered
 from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.reports.configuration import find_value
-from dmil.reports.figure import Figure, figure, slug
-from dmil.reports.marks import Chart
+from dmil.reports.figure import Drawn, Figure, drawn_figures, slug
 from dmil.results import Results
 from dmil.studies.paper import cell_charts, time_charts
 from dmil.studies.paper.cells import CELL, ENTRIES, Cells
@@ -18,9 +16,6 @@ from dmil.studies.paper.published import PAPER_COLUMNS, intersections_of
 from dmil.studies.paper.summaries import curves
 from dmil.studies.paper.tables import PaperTables
 from dmil.studies.paper.time_charts import MemorySettings
-
-Drawn = tuple[str, str, str, str, Chart | None]
-"""Name, section, scenario, caption and chart of a figure, None if the runs do not allow it."""
 
 
 def gallery(results: Results, tables: PaperTables, preset: str) -> Iterator[Figure]:
@@ -33,16 +28,9 @@ def gallery(results: Results, tables: PaperTables, preset: str) -> Iterator[Figu
     preset
         Preset that figures of one preset show.
     """
-    drawn = chain(
-        _of_study(tables, preset),
-        *(
-            _of_scenario(results, tables, preset, scenario)
-            for scenario in reversed(tables.cells.scenarios)
-        ),
-    )
-    for name, section, scenario, caption, chart in drawn:
-        if chart is not None:
-            yield figure(name, section, scenario, caption, chart)
+    yield from drawn_figures(_of_study(tables, preset))
+    for scenario in reversed(tables.cells.scenarios):
+        yield from drawn_figures(_of_scenario(results, tables, preset, scenario), scenario)
 
 
 def _of_study(tables: PaperTables, preset: str) -> list[Drawn]:
@@ -50,7 +38,6 @@ def _of_study(tables: PaperTables, preset: str) -> list[Drawn]:
         (
             "paper_against_ours",
             "paper",
-            "",
             "Waiting time per vehicle divided by the vehicles arrived at the horizon. Diamonds: "
             "the paper's Table II. Dots: this run, with 95 % intervals. Grey lines: baselines of "
             "this run, which the paper does not have.",
@@ -59,7 +46,6 @@ def _of_study(tables: PaperTables, preset: str) -> list[Drawn]:
         (
             "against_max_pressure",
             "headline",
-            "",
             "How much longer vehicles wait than under max-pressure, on the same demand. Left of "
             "the line would be better than max-pressure.",
             cell_charts.against_max_pressure(tables.summary, preset),
@@ -67,7 +53,6 @@ def _of_study(tables: PaperTables, preset: str) -> list[Drawn]:
         (
             "sensitivity",
             "sensitivity",
-            "",
             "The same agents under the presets of this study: what each fills in for the paper is "
             "listed under assumptions.",
             cell_charts.preset_sensitivity(tables.sensitivity),
@@ -95,21 +80,18 @@ def _of_scenario(
         (
             f"arrivals_by_reward_{end}",
             "arrivals",
-            scenario,
             "Like the paper's Fig. 4, left. Mean over seeds and 95 % interval (band).",
             time_charts.arrivals_by_reward(arrived, scenario),
         ),
         (
             f"arrivals_by_architecture_{end}",
             "arrivals",
-            scenario,
             "Like the paper's Fig. 4, right. Mean over seeds and 95 % interval (band).",
             time_charts.arrivals_by_architecture(arrived, scenario),
         ),
         (
             f"memory_{end}",
             "memory",
-            scenario,
             "What the paper's Fig. 5 draws, m_L: entries of long-term memory, for SARSA of its "
             "table, m_Q, mean of all intersections. Every agent begins with what it took from the "
             "training phase.",
@@ -118,14 +100,12 @@ def _of_scenario(
         (
             f"memory_growth_{end}",
             "memory",
-            scenario,
             "The same, minus the entries present at the start: the slopes that the paper compares.",
             time_charts.memory_growth(grown, scenario),
         ),
         (
             f"states_added_{end}",
             "memory",
-            scenario,
             "The same with short-term memory, m_s + m_L (ours), which in a run this short is most "
             "of what dual memory adds. States per agent from start to end: "
             f"{_stored(results, tables.cells, preset, scenario)}.",
@@ -134,7 +114,6 @@ def _of_scenario(
         (
             f"memory_size_{end}",
             "memory",
-            scenario,
             "The paper's size, 3 m_L + |A| m_s values for dual memory and |A| m_Q for SARSA, added "
             "since the start." + bounded,
             time_charts.memory_size(sizes, scenario, settings),
@@ -142,7 +121,6 @@ def _of_scenario(
         (
             f"architectures_{end}",
             "architectures",
-            scenario,
             "Every learning agent of the study. Grey lines: longest queue first and max-pressure "
             "in the same run.",
             cell_charts.all_architectures(tables.summary, preset, scenario),

@@ -14,14 +14,14 @@ from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.errors import unknown_name
 from dmil.reports.configuration import configuration_rows
 from dmil.reports.figure import Figure
-from dmil.reports.files import csv
+from dmil.reports.files import csv, evidence_csv
 from dmil.reports.html import environment, shared_values
 from dmil.reports.labels import architecture_label, signed
 from dmil.results import Results
 from dmil.studies.paper.assumptions import assumptions, changed
 from dmil.studies.paper.cells import BASELINES, PRESET_ORDER, Cells
 from dmil.studies.paper.figures import gallery
-from dmil.studies.paper.files import evidence_csv, paper_table_latex
+from dmil.studies.paper.files import paper_table_latex
 from dmil.studies.paper.published import NO_MEMORY, PAPER_COLUMNS, SOURCE, scenario_label
 from dmil.studies.paper.tables import PaperTables, paper_tables
 from dmil.theory import STATEMENTS
