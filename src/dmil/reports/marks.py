@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Any, TypeVar
 
@@ -187,7 +187,7 @@ def panels_down(field: str, order: list[str]) -> alt.Row:
 def coloured(
     field: str,
     names: list[str],
-    palette: Mapping[str, str] | list[str],
+    palette: dict[str, str] | list[str],
     legend: alt.Legend | None = None,
 ) -> alt.Color:
     """Return the colour of each of the names of a field, from a palette or in their order."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 
 import numpy as np
@@ -20,8 +20,8 @@ from dmil.analysis.panel import (
     ordered,
 )
 from dmil.results import Results
+from dmil.studies.paper.plan import Architecture
 from dmil.studies.paper.published import (
-    PublishedArchitecture,
     Reading,
     intersections_of,
     is_of,
@@ -74,10 +74,11 @@ class Cells(RunPanel):
     def named(self) -> pl.DataFrame:
         """The table, the paper's ``column`` that a cell stands for, and ``is_exact_sarsa``."""
         rows = self.table.rows(named=True)
-        exact = PublishedArchitecture("sarsa", "exact", False, self.reading.epsilon_non_memory)
         return self.table.with_columns(
             column=pl.Series([self.reading.column(row) for row in rows], dtype=pl.String),
-            is_exact_sarsa=pl.Series([is_of(exact, row) for row in rows], dtype=pl.Boolean),
+            is_exact_sarsa=pl.Series(
+                [is_of(self.reading.exact_sarsa, row) for row in rows], dtype=pl.Boolean
+            ),
         )
 
     @cached_property
@@ -96,10 +97,15 @@ class Cells(RunPanel):
         return by_size(self.table["scenario"].unique().to_list())
 
     def find(
-        self, preset: str, scenario: str, reward: str, architecture: PublishedArchitecture
+        self, preset: str, scenario: str, reward: str | None, architecture: Architecture
     ) -> int | None:
-        """Return the number of a learning agent's cell, None if it was not run."""
-        return self.number("cell", (preset, scenario, reward, *astuple(architecture)))
+        """Return the number of a cell, None if it was not run."""
+        row = asdict(architecture) | {"preset": preset, "scenario": scenario, "reward": reward}
+        return self.number("cell", tuple(row[name] for name in CELL))
+
+    def of_column(self, preset: str, scenario: str, reward: str, column: str) -> int | None:
+        """Return the number of the cell that a column of the paper's table stands for."""
+        return self.find(preset, scenario, reward, self.reading.architecture(column, preset))
 
     def baseline(self, preset: str, scenario: str, controller: str) -> int | None:
         """Return the number of a baseline's cell, None if it was not run.
@@ -107,9 +113,7 @@ class Cells(RunPanel):
         A baseline does not depend on the preset: if the preset has none, another's stands in.
         """
         for name in (preset, *self.presets):
-            number = self.number(
-                "cell", (name, scenario, None, controller, None, False, None, None)
-            )
+            number = self.find(name, scenario, None, Architecture(controller))
             if number is not None:
                 return number
         return None

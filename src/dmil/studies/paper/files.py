@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import polars as pl
 
 from dmil.analysis.panel import ordered, rows_by
@@ -26,8 +28,7 @@ def paper_table_latex(table: pl.DataFrame, preset: str) -> str:
         rewards = chosen.filter(pl.col("scenario") == scenario)["reward"].drop_nulls()
         found = []
         for reward in ordered(rewards.unique().to_list(), REWARD_ORDER):
-            places = [(reward, name) for name in PAPER_COLUMNS]
-            places += [(None, name) for name in _BASELINES]
+            places = [*product([reward], PAPER_COLUMNS), *product([None], _BASELINES)]
             found.append([label, reward, *(_entry(entries.get((scenario, *p))) for p in places)])
         parts.append(found)
     notes = [f"W/V_c, preset {preset}: mean \\pm sd over seeds [paper, Table II]"]

@@ -10,7 +10,6 @@ from dmil.studies.paper.cells import Cells
 from dmil.studies.paper.published import (
     NO_MEMORY,
     PAPER_COLUMNS,
-    PublishedArchitecture,
     intersections_of,
 )
 from dmil.studies.paper.summaries import as_cells, named_rows
@@ -32,11 +31,9 @@ def memory_table(results: Results | Cells) -> pl.DataFrame:
     rows: list[tuple[str, str, str, str]] = []
     numbers: list[int | None] = []
     for preset in cells.presets:
-        agents = {
-            "SARSA exact": PublishedArchitecture(
-                "sarsa", "exact", False, cells.reading.epsilon_non_memory
-            )
-        } | {column: cells.reading.architecture(column, preset) for column in PAPER_COLUMNS}
+        agents = {"SARSA exact": cells.reading.exact_sarsa} | {
+            column: cells.reading.architecture(column, preset) for column in PAPER_COLUMNS
+        }
         # Under most presets "No Memory" is exact SARSA: one row is enough.
         if agents[NO_MEMORY] == agents["SARSA exact"]:
             del agents[NO_MEMORY]

@@ -92,8 +92,7 @@ def paper_table(results: Results | Cells) -> pl.DataFrame:
         for scenario in cells.scenarios:
             for reward in rewards:
                 for column in PAPER_COLUMNS:
-                    architecture = cells.reading.architecture(column, preset)
-                    number = cells.find(preset, scenario, reward, architecture)
+                    number = cells.of_column(preset, scenario, reward, column)
                     rows.append((preset, scenario, reward, column, number))
             for baseline in BASELINES:
                 number = cells.baseline(preset, scenario, baseline)
@@ -120,14 +119,8 @@ def sensitivity(results: Results | Cells) -> pl.DataFrame:
         for column in PAPER_COLUMNS
         for preset in cells.presets
     ]
-    numbers, first = (
-        [
-            cells.find(each, s, r, cells.reading.architecture(c, each))
-            for s, r, c, p in rows
-            for each in [p if own else cells.presets[0]]
-        ]
-        for own in (True, False)
-    )
+    numbers = [cells.of_column(preset, *row) for *row, preset in rows]
+    first = [cells.of_column(cells.presets[0], *row) for *row, _ in rows]
     table = named_rows(rows, "scenario", "reward", "column", "preset")
     return compared(cells, table, numbers, first, "vs_first_preset", "sensitivity")
 
