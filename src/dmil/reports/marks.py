@@ -81,17 +81,8 @@ def lines(
     """
     present = set(data["line"].to_list())
     names = [name for name in order if name in present]
-    legend = alt.Legend(
-        title=None,
-        orient="bottom",
-        columns=2,
-        symbolType="stroke",
-        symbolOpacity=1,
-        symbolSize=240,
-        symbolStrokeWidth=2,
-    )
+    legend = line_legend(columns=2, symbolOpacity=1)
     hue = coloured("line", names, palette, legend)
-    dash_range = [dashes.get(name, [1, 0]) for name in names]
     x = x or alt.X("time_s:Q", title=x_title, axis=alt.Axis(grid=False, tickCount=6))
     y = y or alt.Y("mean:Q", title=y_title)
     low = y.copy()
@@ -101,9 +92,7 @@ def lines(
     line = base.mark_line(strokeWidth=1.8).encode(
         y=y,
         color=hue,
-        strokeDash=alt.StrokeDash(
-            "line:N", scale=alt.Scale(domain=names, range=dash_range), legend=legend
-        ),
+        strokeDash=dashed("line", names, dashes, legend),
         tooltip=[
             alt.Tooltip("line:N", title="run"),
             alt.Tooltip(x.shorthand, title=x_title),
@@ -115,24 +104,13 @@ def lines(
 
 def reference_rules() -> alt.Chart:
     """Draw the baselines as vertical lines; the data has ``rule`` and ``rule_at``."""
-    dashes = dashes_by_label()
     rule: alt.Chart = (
         alt.Chart()
         .transform_filter("isValid(datum.rule)")
         .mark_rule(strokeWidth=1.3)
         .encode(
             x=alt.X("rule_at:Q", title=WAIT_TITLE),
-            strokeDash=alt.StrokeDash(
-                "rule:N",
-                scale=alt.Scale(domain=list(RULES), range=[dashes[name] for name in RULES]),
-                legend=alt.Legend(
-                    title=None,
-                    orient="bottom",
-                    symbolType="stroke",
-                    symbolSize=240,
-                    symbolStrokeWidth=2,
-                ),
-            ),
+            strokeDash=dashed("rule", list(RULES), dashes_by_label(), line_legend()),
             color=alt.value(colour("max-pressure")),
             tooltip=[
                 alt.Tooltip("rule:N", title="baseline"),
@@ -182,6 +160,20 @@ def panels_down(field: str, order: list[str]) -> alt.Row:
     """Put the panels below each other, each right of its name."""
     header = alt.Header(title=None, labelAngle=0, labelAlign="left", labelPadding=8)
     return alt.Row(f"{field}:N", sort=order, header=header)
+
+
+def line_legend(**more: Any) -> alt.Legend:
+    """Return a legend below the figure that shows lines as strokes."""
+    strokes: dict[str, Any] = {"symbolType": "stroke", "symbolSize": 240, "symbolStrokeWidth": 2}
+    return alt.Legend(title=None, orient="bottom", **strokes | more)
+
+
+def dashed(
+    field: str, names: list[str], dashes: dict[str, list[int]], legend: alt.Legend
+) -> alt.StrokeDash:
+    """Return the dash of each of the names of a field; those without one are drawn through."""
+    chosen = [dashes.get(name, [1, 0]) for name in names]
+    return alt.StrokeDash(f"{field}:N", scale=alt.Scale(domain=names, range=chosen), legend=legend)
 
 
 def coloured(

@@ -7,7 +7,16 @@ from collections.abc import Sequence
 import altair as alt
 import polars as pl
 
-from dmil.reports.marks import Chart, coloured, dots, heading, log_field, values
+from dmil.reports.marks import (
+    Chart,
+    coloured,
+    dashed,
+    dots,
+    heading,
+    line_legend,
+    log_field,
+    values,
+)
 from dmil.reports.theme import FAINT
 from dmil.studies.memories.names import cell_label, controller_name
 from dmil.studies.memories.style import colour_of, dashes, named, palette, vertical_at
@@ -109,21 +118,9 @@ def _panels(
     places = [place for place in places if (data["where"] == place).any()]
     colours, strokes = palette(learners), dashes(learners)
     names = [controller_name(name) for name in learners]
-    legend = alt.Legend(
-        title=None,
-        orient="bottom",
-        columns=4,
-        symbolType="stroke",
-        symbolSize=240,
-        symbolStrokeWidth=2,
-        symbolOpacity=1,
-    )
+    legend = line_legend(columns=4, symbolOpacity=1)
     colour = coloured("name", names, colours, legend)
-    dash = alt.StrokeDash(
-        "name:N",
-        scale=alt.Scale(domain=names, range=[strokes[name] for name in names]),
-        legend=legend,
-    )
+    dash = dashed("name", names, strokes, legend)
     numbers = [*data["mean"], *data["low"].drop_nulls(), *data["high"].drop_nulls()]
     ends = min(numbers) / 1.1, max(numbers) * 1.1
     y = log_field(alt.Y, "mean:Q", y_title, ends)

@@ -95,13 +95,13 @@ def _of_scenario(
             "What the paper's Fig. 5 draws, m_L: entries of long-term memory, for SARSA of its "
             "table, m_Q, mean of all intersections. Every agent begins with what it took from the "
             "training phase.",
-            time_charts.memory_recorded(recorded, scenario),
+            time_charts.memory(recorded, scenario, "Memory", "mL, or mQ,"),
         ),
         (
             f"memory_growth_{end}",
             "memory",
             "The same, minus the entries present at the start: the slopes that the paper compares.",
-            time_charts.memory_growth(grown, scenario),
+            time_charts.memory(grown, scenario, "Memory growth", "mL, or mQ, added"),
         ),
         (
             f"states_added_{end}",
@@ -109,7 +109,7 @@ def _of_scenario(
             "The same with short-term memory, m_s + m_L (ours), which in a run this short is most "
             "of what dual memory adds. States per agent from start to end: "
             f"{_stored(results, tables.cells, preset, scenario)}.",
-            time_charts.states_added(entries, scenario),
+            time_charts.memory(entries, scenario, "Both memories", "ms + mL, or mQ, added"),
         ),
         (
             f"memory_size_{end}",

@@ -73,7 +73,8 @@ def columns(
         lambda reading, preset: [
             (
                 f"{column} against {second}",
-                *(reading.architecture(c, preset) for c in (column, second)),
+                reading.architecture(column, preset),
+                reading.architecture(second, preset),
             )
             for column in first
         ],
