@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from dmil.statistics import Estimate, mean_interval
+from dmil.statistics import Estimate, mean_interval, probability_of_improvement
 
 Values = NDArray[np.float64]
 IQM: Final = "interquartile mean"
@@ -86,11 +86,41 @@ def learning_curve(
 
 
 def ratios(tasks: Sequence[Values], bases: Sequence[Values]) -> list[Values]:
-    """Return for each task (seeds, columns) over the (seeds, 1) of a reference; NaN over 0.
-
-    Their interquartile mean over all tasks ranks the columns (Agarwal et al., NeurIPS 2021).
-    """
+    """Return for each task (seeds, columns) over the (seeds, 1) of a reference; NaN over 0."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return [
             np.where(base > 0, task / base, np.nan) for task, base in zip(tasks, bases, strict=True)
         ]
+
+
+def ranking(
+    tasks: Sequence[Values],
+    bases: Sequence[Values],
+    reference: int | None,
+    rng: np.random.Generator,
+) -> tuple[list[Values], Estimate, Estimate]:
+    """Return how all columns stand to one of them over all tasks (Agarwal et al., NeurIPS 2021).
+
+    Parameters
+    ----------
+    tasks
+        (seeds, columns) each; lower is better.
+    bases
+        The (seeds, 1) of the reference.
+    reference
+        Its number; None if it was not run.
+    rng
+        Source of the resamples.
+
+    Returns
+    -------
+    `ratios`; their interquartile mean over tasks and seeds; the share of runs below the reference,
+    NaN for itself.
+    """
+    over = ratios(tasks, bases)
+    ratio = mean_interval(over, rng, summary=IQM)
+    better = probability_of_improvement(tasks, bases, rng)
+    if reference is not None:
+        for values in (better.value, better.low, better.high):
+            values[reference] = np.nan
+    return over, ratio, better

@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from dmil.analysis.estimates import IQM, Values, as_column, interval_columns, ratios, seed_means
+from dmil.analysis.estimates import (
+    IQM,
+    Values,
+    as_column,
+    interval_columns,
+    ranking,
+    ratios,
+    seed_means,
+)
 from dmil.seeding import stream
 from dmil.statistics import (
     mean_interval,
@@ -66,27 +74,26 @@ def overall(runs: Arranged) -> pl.DataFrame:
         "n": (~np.isnan(runs.measures[WAIT])).sum(axis=(0, 2)),
     }
     for reference, short in REFERENCES.items():
-        tasks = ratios_to(runs, reference)
-        ones = [np.where(np.isnan(task), np.nan, 1.0) for task in tasks]
+        number = runs.number("controller", reference)
         rng = stream(0, "bootstrap", "memories", "overall", reference)
-        found = mean_interval(tasks, rng, summary=IQM)
-        better = probability_of_improvement(tasks, ones, rng)
-        columns |= interval_columns(found, f"{short}_ratio", f"{short}_{{}}")
+        over, ratio, better = ranking(*_tasks(runs, reference), number, rng)
+        ones = [np.where(np.isnan(task), np.nan, 1.0) for task in over]
+        columns |= interval_columns(ratio, f"{short}_ratio", f"{short}_{{}}")
         columns |= interval_columns(better, f"{short}_better", f"{short}_better_{{}}")
-        columns[f"{short}_p"] = _holm(tasks, ones, runs.number("controller", reference))
-    table = pl.DataFrame(columns)
-    itself = {
-        name: pl.when(pl.col("controller") == reference).then(None).otherwise(pl.col(name))
-        for reference, short in REFERENCES.items()
-        for name in (f"{short}_better", f"{short}_better_low", f"{short}_better_high")
-    }
-    return table.with_columns(**itself)
+        columns[f"{short}_p"] = _holm(over, ones, number)
+    return pl.DataFrame(columns)
 
 
 def ratios_to(runs: Arranged, reference: str) -> list[Values]:
     """Return for every cell (seeds, controllers) waiting over the reference's (ours)."""
-    waits = [runs.of(WAIT, cell=cell).T for cell in runs.cells]
-    return ratios(waits, [base[:, None] for base in runs.of(WAIT, controller=reference)])
+    return ratios(*_tasks(runs, reference))
+
+
+def _tasks(runs: Arranged, reference: str) -> tuple[list[Values], list[Values]]:
+    """Return waiting in every cell, (seeds, controllers) and the (seeds, 1) of the reference."""
+    base = runs.of(WAIT, controller=reference)
+    base = np.where(base > 0, base, np.nan)
+    return [runs.of(WAIT, cell=cell).T for cell in runs.cells], [each[:, None] for each in base]
 
 
 def _against(

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import polars as pl
 
-from dmil.analysis.estimates import IQM, interval_columns, ratios
+from dmil.analysis.estimates import interval_columns, ranking
 from dmil.results import Results
 from dmil.seeding import stream
-from dmil.statistics import mean_interval, probability_of_improvement
 from dmil.studies.resco.agreement import agreement
 from dmil.studies.resco.contenders import REFERENCE, Judged, RescoContender, judged
 from dmil.studies.resco.curves import learning_curves, training
@@ -114,10 +113,8 @@ def overall(runs: Judged) -> pl.DataFrame:
         delays = runs.of(METRIC, simulator=simulator)
         base = runs.of(METRIC, simulator=simulator, contender=RescoContender(REFERENCE))
         tasks, bases = [task.T for task in delays], [each[:, None] for each in base]
-        over = ratios(tasks, bases)
         rng = stream(0, "bootstrap", "overall", simulator)
-        ratio = mean_interval(over, rng, summary=IQM)
-        better = probability_of_improvement(tasks, bases, rng)
+        over, ratio, better = ranking(tasks, bases, runs.reference, rng)
         columns = {
             "simulator": [simulator] * len(runs.names),
             "contender": runs.names,
@@ -127,7 +124,4 @@ def overall(runs: Judged) -> pl.DataFrame:
             **interval_columns(better, "share_better", "share_{}"),
         }
         frames.append(pl.DataFrame(columns).filter(pl.col("n") > 0))
-    table = pl.concat(frames)
-    itself = pl.col("contender") == REFERENCE
-    shares = pl.col("share_better", "share_low", "share_high")
-    return table.with_columns(pl.when(~itself).then(shares))
+    return pl.concat(frames)
