@@ -22,13 +22,7 @@ from dmil.reports.marks import (
     values,
 )
 from dmil.reports.styles import colour, colours_by_label
-from dmil.reports.theme import (
-    FAINT,
-    INK,
-    PANEL,
-    PRESET_COLOURS,
-    REWARD_COLOURS,
-)
+from dmil.reports.theme import FAINT, INK, PANEL, PRESET_COLOURS, REWARD_COLOURS
 from dmil.studies.paper.cells import BASELINES, REWARD_ORDER
 from dmil.studies.paper.published import (
     COMPLEX,

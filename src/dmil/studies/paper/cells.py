@@ -21,12 +21,7 @@ from dmil.analysis.panel import (
 )
 from dmil.results import Results
 from dmil.studies.paper.plan import Architecture
-from dmil.studies.paper.published import (
-    Reading,
-    intersections_of,
-    is_of,
-    reading_of,
-)
+from dmil.studies.paper.published import Reading, intersections_of, is_of, reading_of
 
 #: What makes up a cell: all runs that differ in nothing but the seed.
 CELL: tuple[str, ...] = (

@@ -5,12 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from dmil.analysis.claims import Question
-from dmil.studies.paper.published import (
-    COMPLEX,
-    COMPLEX_COMMUNICATION,
-    NO_MEMORY,
-    SIMPLE,
-)
+from dmil.studies.paper.published import COMPLEX, COMPLEX_COMMUNICATION, NO_MEMORY, SIMPLE
 from dmil.studies.paper.questions import (
     NOTICEABLE,
     SAME_WITHIN,

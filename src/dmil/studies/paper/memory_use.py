@@ -7,11 +7,7 @@ import polars as pl
 from dmil.analysis.estimates import as_column, seed_means
 from dmil.results import Results
 from dmil.studies.paper.cells import Cells
-from dmil.studies.paper.published import (
-    NO_MEMORY,
-    PAPER_COLUMNS,
-    intersections_of,
-)
+from dmil.studies.paper.published import NO_MEMORY, PAPER_COLUMNS, intersections_of
 from dmil.studies.paper.summaries import as_cells, named_rows
 
 

@@ -4,13 +4,7 @@ from __future__ import annotations
 
 from dmil.analysis.claims import Question
 from dmil.studies.paper.memory_statements import MEMORY
-from dmil.studies.paper.questions import (
-    SAME_WITHIN,
-    PaperClaim,
-    by_reward,
-    claim,
-    percent,
-)
+from dmil.studies.paper.questions import SAME_WITHIN, PaperClaim, by_reward, claim, percent
 from dmil.studies.paper.selections import PHYSICAL, at_equal_epsilon, learners_against_baselines
 from dmil.studies.paper.waiting_statements import WAITING
 

@@ -10,13 +10,7 @@ from dmil.studies.paper.published import (
     SIMPLE,
     implied_changes,
 )
-from dmil.studies.paper.questions import (
-    SAME_WITHIN,
-    PaperClaim,
-    by_reward,
-    claim,
-    percent,
-)
+from dmil.studies.paper.questions import SAME_WITHIN, PaperClaim, by_reward, claim, percent
 from dmil.studies.paper.selections import (
     ARRIVED,
     PHYSICAL,

@@ -13,13 +13,7 @@ from dmil.seeding import stream
 from dmil.studies.resco.agreement import agreement
 from dmil.studies.resco.contenders import REFERENCE, Judged, RescoContender, judged
 from dmil.studies.resco.curves import learning_curves, training
-from dmil.studies.resco.published import (
-    METHODS,
-    METRIC,
-    PUBLISHED,
-    counterpart_of,
-    published_by,
-)
+from dmil.studies.resco.published import METHODS, METRIC, PUBLISHED, counterpart_of, published_by
 from dmil.studies.resco.scores import scores
 
 
