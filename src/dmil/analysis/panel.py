@@ -1,9 +1,10 @@
-"""Runs of a study as arrays: one axis for each column that tells them apart."""
+"""Runs of a study as arrays: one axis for each thing that tells them apart."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -17,55 +18,80 @@ Values = NDArray[np.float64]
 EMBEDDING_ORDER = ("exact", "simple", "complex", "complex-scaled", "cells")
 
 
-@dataclass(frozen=True)
-class Panel:
-    """Where each run stands on the axes.
+@dataclass(frozen=True, kw_only=True)
+class RunPanel:
+    """Measures of runs on named axes.
 
     Attributes
     ----------
-    shape: tuple of int
-        Length of each axis.
-    at: tuple of (runs,) int64 arrays
-        Place of each run on each axis.
+    axes: dict
+        Name of each axis to its values, in order; one is ``seed``.
+    measures: dict
+        Name to an array with these axes; NaN where there is no run.
     """
 
-    shape: tuple[int, ...]
-    at: tuple[NDArray[np.int64], ...]
+    axes: Mapping[str, Sequence[Any]]
+    measures: Mapping[str, Values]
 
-    def values(self, column: pl.Series) -> Values:
-        """Return a column of the runs as an array of the panel's shape; NaN where there is none."""
-        found = np.full(self.shape, np.nan)
-        found[self.at] = column.cast(pl.Float64).fill_null(np.nan).to_numpy()
+    @cached_property
+    def _numbers(self) -> dict[str, dict[Any, int]]:
+        return {axis: _places(values) for axis, values in self.axes.items()}
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """Seeds, ascending."""
+        return tuple(self.axes["seed"])
+
+    def number(self, axis: str, value: Any) -> int | None:
+        """Return the place of a value on an axis, None if no run has it."""
+        return self._numbers[axis].get(value)
+
+    def of(self, measure: str, **chosen: Any) -> Values:
+        """Return a measure at one value of some axes; NaN if no run has it."""
+        found: Values = self.measures[measure]
+        # From the last axis on: those before it keep their places.
+        for dimension, axis in reversed(list(enumerate(self.axes))):
+            if axis in chosen:
+                number = self.number(axis, chosen[axis])
+                taken: Values = np.asarray(found.take(number or 0, axis=dimension))
+                found = np.full_like(taken, np.nan) if number is None else taken
         return found
 
-    def flags(self, column: pl.Series) -> NDArray[np.bool_]:
-        """Return a column of bool as an array of the panel's shape; false where there is no run."""
-        found = np.zeros(self.shape, np.bool_)
-        found[self.at] = column.to_numpy()
-        return found
 
-    def measures(self, runs: pl.DataFrame, but: Collection[str]) -> dict[str, Values]:
-        """Return all numeric columns of the runs, but for those that are named."""
-        return {
-            name: self.values(runs[name])
-            for name, dtype in runs.schema.items()
-            if dtype.is_numeric() and name not in but
-        }
-
-
-def panel_of(*axes: tuple[Sequence[Hashable], Sequence[Hashable]]) -> Panel:
-    """Place runs on axes.
+def on_axes(
+    runs: pl.DataFrame, axes: Mapping[str, Sequence[Any]], **columns: Sequence[Any]
+) -> Callable[..., NDArray[Any]]:
+    """Return what arranges a column of runs on axes: ``array(name, missing=nan)``.
 
     Parameters
     ----------
+    runs
+        All runs.
     axes
-        For each axis its values in order, and the value of each run.
+        Name of each axis to its values, in order.
+    columns
+        The value of each run on an axis that is no column of the runs.
     """
-    at = []
-    for values, column in axes:
-        position: Mapping[Any, int] = {value: number for number, value in enumerate(values)}
-        at.append(np.array([position[value] for value in column], np.int64))
-    return Panel(tuple(len(values) for values, _ in axes), tuple(at))
+    at = tuple(
+        np.array([places[value] for value in columns.get(axis, runs.get_column(axis, default=[]))])
+        for axis, places in ((axis, _places(values)) for axis, values in axes.items())
+    )
+
+    def array(name: str, missing: float = np.nan) -> NDArray[Any]:
+        found = np.full([len(values) for values in axes.values()], float(missing))
+        found[at] = runs[name].cast(pl.Float64).fill_null(np.nan).to_numpy()
+        return found
+
+    return array
+
+
+def numeric(runs: pl.DataFrame, but: Collection[str]) -> list[str]:
+    """Return the names of all numeric columns, but for those that are named."""
+    return [n for n, dtype in runs.schema.items() if dtype.is_numeric() and n not in but]
+
+
+def _places(values: Sequence[Any]) -> dict[Any, int]:
+    return {value: number for number, value in enumerate(values)}
 
 
 def check_success(runs: pl.DataFrame, results: Results) -> None:
@@ -128,3 +154,8 @@ def ordered(names: Sequence[str], order: Sequence[str]) -> list[str]:
     """Return names in a given order, unknown ones after them by the alphabet."""
     rank = {name: number for number, name in enumerate(order)}
     return sorted(names, key=lambda name: (rank.get(name, len(rank)), name))
+
+
+def rows_by(table: pl.DataFrame, *keys: str) -> dict[tuple[Any, ...], dict[str, Any]]:
+    """Return the rows of a table by the values of some columns."""
+    return {tuple(row[key] for key in keys): row for row in table.iter_rows(named=True)}

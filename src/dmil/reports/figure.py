@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from dmil.reports.export import Specification, specification
@@ -40,6 +41,17 @@ def figure(name: str, section: str, scenario: str, caption: str, chart: Chart) -
     spec = specification(chart)
     spec["description"] = caption
     return Figure(name, section, scenario, caption, spec)
+
+
+Drawn = tuple[str, str, str, Chart | None]
+"""Name, section, caption and chart of a figure, None if the runs do not allow it."""
+
+
+def drawn_figures(drawn: Iterable[Drawn], scenario: str = "") -> Iterator[Figure]:
+    """Yield the figures of a scenario that the runs allow, as they are made."""
+    for name, section, caption, chart in drawn:
+        if chart is not None:
+            yield figure(name, section, scenario, caption, chart)
 
 
 def darkened(made: Figure, section: str) -> Figure:

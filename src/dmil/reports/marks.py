@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import Any, TypeVar
 
 import altair as alt
 import polars as pl
@@ -12,9 +15,14 @@ from dmil.reports.styles import colour, dashes_by_label
 from dmil.reports.theme import ONE_COLUMN, colours
 
 Chart = alt.TopLevelMixin
+Axis = TypeVar("Axis", alt.X, alt.Y)
 
 WAIT_TITLE = "W/Vc (s per vehicle)"
 RULES = ("longest queue first", "max-pressure")
+_MANTISSA = "datum.value / pow(10, floor(log(datum.value) / LN10 + 1e-9))"
+_LABELLED = f"indexof([1, 2, 3, 5, 7], round(100 * {_MANTISSA}) / 100) >= 0"
+#: Label only 1, 2, 3, 5 and 7 times a power of ten on a logarithmic axis.
+LOG_LABELS = f"{_LABELLED} ? format(datum.value, '~g') : ''"
 
 
 def values(data: pl.DataFrame) -> alt.InlineData:
@@ -73,19 +81,8 @@ def lines(
     """
     present = set(data["line"].to_list())
     names = [name for name in order if name in present]
-    legend = alt.Legend(
-        title=None,
-        orient="bottom",
-        columns=2,
-        symbolType="stroke",
-        symbolOpacity=1,
-        symbolSize=240,
-        symbolStrokeWidth=2,
-    )
-    hue = alt.Color(
-        "line:N", scale=alt.Scale(domain=names, range=colours(names, palette)), legend=legend
-    )
-    dash_range = [dashes.get(name, [1, 0]) for name in names]
+    legend = line_legend(columns=2, symbolOpacity=1)
+    hue = coloured("line", names, palette, legend)
     x = x or alt.X("time_s:Q", title=x_title, axis=alt.Axis(grid=False, tickCount=6))
     y = y or alt.Y("mean:Q", title=y_title)
     low = y.copy()
@@ -95,9 +92,7 @@ def lines(
     line = base.mark_line(strokeWidth=1.8).encode(
         y=y,
         color=hue,
-        strokeDash=alt.StrokeDash(
-            "line:N", scale=alt.Scale(domain=names, range=dash_range), legend=legend
-        ),
+        strokeDash=dashed("line", names, dashes, legend),
         tooltip=[
             alt.Tooltip("line:N", title="run"),
             alt.Tooltip(x.shorthand, title=x_title),
@@ -109,24 +104,13 @@ def lines(
 
 def reference_rules() -> alt.Chart:
     """Draw the baselines as vertical lines; the data has ``rule`` and ``rule_at``."""
-    dashes = dashes_by_label()
     rule: alt.Chart = (
         alt.Chart()
         .transform_filter("isValid(datum.rule)")
         .mark_rule(strokeWidth=1.3)
         .encode(
             x=alt.X("rule_at:Q", title=WAIT_TITLE),
-            strokeDash=alt.StrokeDash(
-                "rule:N",
-                scale=alt.Scale(domain=list(RULES), range=[dashes[name] for name in RULES]),
-                legend=alt.Legend(
-                    title=None,
-                    orient="bottom",
-                    symbolType="stroke",
-                    symbolSize=240,
-                    symbolStrokeWidth=2,
-                ),
-            ),
+            strokeDash=dashed("rule", list(RULES), dashes_by_label(), line_legend()),
             color=alt.value(colour("max-pressure")),
             tooltip=[
                 alt.Tooltip("rule:N", title="baseline"),
@@ -143,17 +127,20 @@ def dots(
     x_title: str = WAIT_TITLE,
     offset: alt.YOffset | None = None,
     format: str = ".3f",
+    x: Callable[[str], alt.X] | None = None,
 ) -> list[alt.Chart]:
-    """Draw means as dots on their interval; the data has ``mean``, ``low``, ``high``, ``n``."""
+    """Draw means as dots on their interval; the data has ``mean``, ``low``, ``high``, ``n``.
+
+    The axis of a field is ``x(field)``, by default linear.
+    """
+    x = x or partial(alt.X, title=x_title)
     placed: dict[str, Any] = {"y": y, "color": colour}
     if offset is not None:
         placed["yOffset"] = offset
     base = alt.Chart().transform_filter("isValid(datum.mean)")
-    bar = base.mark_rule(strokeWidth=1.6).encode(
-        x=alt.X("low:Q", title=x_title), x2="high:Q", **placed
-    )
+    bar = base.mark_rule(strokeWidth=1.6).encode(x=x("low:Q"), x2="high:Q", **placed)
     dot = base.mark_point(filled=True, size=34, opacity=1).encode(
-        x=alt.X("mean:Q", title=x_title),
+        x=x("mean:Q"),
         tooltip=[
             alt.Tooltip(f"{y.shorthand}", title="run"),
             *_interval_tooltip(format),
@@ -173,6 +160,85 @@ def panels_down(field: str, order: list[str]) -> alt.Row:
     """Put the panels below each other, each right of its name."""
     header = alt.Header(title=None, labelAngle=0, labelAlign="left", labelPadding=8)
     return alt.Row(f"{field}:N", sort=order, header=header)
+
+
+def line_legend(**more: Any) -> alt.Legend:
+    """Return a legend below the figure that shows lines as strokes."""
+    strokes: dict[str, Any] = {"symbolType": "stroke", "symbolSize": 240, "symbolStrokeWidth": 2}
+    return alt.Legend(title=None, orient="bottom", **strokes | more)
+
+
+def dashed(
+    field: str, names: list[str], dashes: dict[str, list[int]], legend: alt.Legend
+) -> alt.StrokeDash:
+    """Return the dash of each of the names of a field; those without one are drawn through."""
+    chosen = [dashes.get(name, [1, 0]) for name in names]
+    return alt.StrokeDash(f"{field}:N", scale=alt.Scale(domain=names, range=chosen), legend=legend)
+
+
+def coloured(
+    field: str,
+    names: list[str],
+    palette: dict[str, str] | list[str],
+    legend: alt.Legend | None = None,
+) -> alt.Color:
+    """Return the colour of each of the names of a field, from a palette or in their order."""
+    chosen = palette if isinstance(palette, list) else colours(names, palette)
+    return alt.Color(f"{field}:N", scale=alt.Scale(domain=names, range=chosen), legend=legend)
+
+
+_TICKS = (
+    (1.0,),
+    (1.0, 2.0, 5.0),
+    (1.0, 1.5, 2.0, 3.0, 5.0, 7.0),
+    tuple(i / 20 for i in range(20, 200)),
+)
+_FEWEST_TICKS = 4
+
+
+def ticks(low: float, high: float) -> list[float]:
+    """Return the values to label on a logarithmic axis: round, and not too many (ours)."""
+    found: list[float] = []
+    decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    for steps in _TICKS:
+        found = [
+            value
+            for decade in decades
+            for value in (float(f"{step}e{decade}") for step in steps)
+            if low <= value <= high
+        ]
+        if len(found) >= _FEWEST_TICKS:
+            break
+    return found
+
+
+def tick_format(low: float) -> str:
+    """Return how ticks from ``low`` on are written: thousands as 1k, parts of 1 as they are."""
+    return "~s" if low >= 1 else "~g"
+
+
+def log_scale() -> alt.Scale:
+    """Return a logarithmic scale that begins and ends where its data does."""
+    return alt.Scale(type="log", nice=False, padding=8)
+
+
+def log_axis() -> alt.Axis:
+    """Return a logarithmic axis with labels at 1, 2, 3, 5 and 7 times a power of ten."""
+    return alt.Axis(
+        labelExpr=LOG_LABELS, labelOverlap="greedy", labelSeparation=5, grid=True, ticks=False
+    )
+
+
+def log_field(
+    kind: type[Axis], field: str, title: str, ends: tuple[float, float] | None = None
+) -> Axis:
+    """Return a logarithmic axis: between given ends with few, round labels, or as its data goes."""
+    scale, axis = log_scale(), log_axis()
+    if ends is not None:
+        scale = alt.Scale(type="log", domain=list(ends), nice=False)
+        labels = ticks(*ends)
+        axis = alt.Axis(values=labels, format=tick_format(ends[0]), grid=True, ticks=False)
+    return kind(field, title=title, scale=scale, axis=axis)
 
 
 def _interval_tooltip(format: str) -> list[alt.Tooltip]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,65 +11,47 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from dmil.analysis.panel import check_success, panel_of
+from dmil.analysis.panel import RunPanel, Values, check_success, numeric, on_axes
 from dmil.results import Results
 from dmil.studies.memories.names import CITY, cell_name
 
-Values = NDArray[np.float64]
 WAIT = "wait_per_spawned_s"
 DIVERGED = "DivergedError"
 """What the status of a diverged run begins with."""
 
 
-@dataclass(frozen=True)
-class Arranged:
-    """All runs of a study as (cells, controllers, seeds) arrays.
+@dataclass(frozen=True, kw_only=True)
+class Arranged(RunPanel):
+    """All runs; the axes are ``cell``, ``controller`` and ``seed``.
+
+    Of the measures, ``us_per_decision`` is of decisions for all intersections.
 
     Attributes
     ----------
-    cells: tuple of str
-        Names, grids by size and load first.
-    controllers: tuple of str
-        Labels in the order of the study's plan.
     ablations: tuple of str
-        Those that belong into a table of their own.
-    learns: tuple of bool
-        Whether a controller learns.
-    seeds: tuple of int
+        Controllers that belong into a table of their own.
+    learns: (controllers,) bool
     intersections: (cells,) float64
-    measures: dict
-        Column of ``runs`` to an array; NaN where there is no run, or it failed. Beside these
-        ``bytes_per_intersection`` and ``us_per_decision``, one decision being for all
-        intersections.
     planned, failed, diverged: arrays of bool
         Whether there is a run, whether it failed in whatever way, whether it diverged.
     """
 
-    cells: tuple[str, ...]
-    controllers: tuple[str, ...]
     ablations: tuple[str, ...]
-    learns: tuple[bool, ...]
-    seeds: tuple[int, ...]
+    learns: NDArray[np.bool_]
     intersections: Values
-    measures: dict[str, Values]
     planned: NDArray[np.bool_]
     failed: NDArray[np.bool_]
     diverged: NDArray[np.bool_]
 
-    def number(self, controller: str) -> int | None:
-        """Return the number of a controller, None if it was not run."""
-        return self.controllers.index(controller) if controller in self.controllers else None
+    @property
+    def cells(self) -> Sequence[str]:
+        """Names, grids by size and load first."""
+        return self.axes["cell"]
 
-    def of(self, measure: str, controller: str) -> Values:
-        """Return a measure of one controller, (cells, seeds); NaN if it was not run."""
-        number = self.number(controller)
-        shape = len(self.cells), len(self.seeds)
-        return np.full(shape, np.nan) if number is None else self.measures[measure][:, number]
-
-    def task(self, measure: str, cell: int) -> Values:
-        """Return a measure in one cell as (seeds, controllers), as statistics take it."""
-        values: Values = self.measures[measure][cell].T
-        return values
+    @property
+    def controllers(self) -> Sequence[str]:
+        """Labels in the order of the study's plan."""
+        return self.axes["controller"]
 
 
 def arranged(results: Results) -> Arranged:
@@ -89,30 +72,27 @@ def arranged(results: Results) -> Arranged:
     runs = runs.join(timings, on=key, how="left", nulls_equal=True).with_columns(
         bytes_per_intersection=pl.col("bytes_total") / pl.col("intersections"),
         cell=pl.Series([cell_name(*row) for row in runs.select("scenario", "load").rows()]),
-        ok=pl.col("status") == "ok",
+        planned=True,
+        failed=pl.col("status") != "ok",
         diverged=pl.col("status").str.starts_with(DIVERGED),
     )
-    cells = sorted(runs["cell"].unique(), key=_cell_rank)
     configuration = results.manifest.get("configuration", {})
     controllers = _in_order(runs["controller"].unique().sort().to_list(), configuration)
-    seeds = sorted(runs["seed"].unique())
-    axes = (cells, "cell"), (controllers, "controller"), (seeds, "seed")
-    panel = panel_of(*((values, runs[column].to_list()) for values, column in axes))
-    known = set(runs.filter(pl.col("reward").is_not_null())["controller"])
+    axes = {
+        "cell": sorted(runs["cell"].unique(), key=_cell_rank),
+        "controller": controllers,
+        "seed": sorted(runs["seed"].unique()),
+    }
+    array = on_axes(runs, axes)
+    learners = set(runs.filter(pl.col("reward").is_not_null())["controller"])
     size = dict(runs.select("cell", "intersections").iter_rows())
-
-    planned = panel.flags(pl.repeat(True, runs.height, eager=True))
     return Arranged(
-        tuple(cells),
-        tuple(controllers),
-        tuple(name for name in configuration.get("ablations", ()) if name in controllers),
-        tuple(name in known for name in controllers),
-        tuple(seeds),
-        np.array([size[cell] for cell in cells], np.float64),
-        panel.measures(runs, but=("seed",)),
-        planned,
-        planned & ~panel.flags(runs["ok"]),
-        panel.flags(runs["diverged"]),
+        axes=axes,
+        measures={name: array(name) for name in numeric(runs, but=("seed",))},
+        ablations=tuple(name for name in configuration.get("ablations", ()) if name in controllers),
+        learns=np.array([name in learners for name in controllers]),
+        intersections=np.array([size[cell] for cell in axes["cell"]], np.float64),
+        **{name: array(name, 0) > 0 for name in ("planned", "failed", "diverged")},
     )
 
 

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 
 import altair as alt
 import polars as pl
 
-from dmil.reports.marks import Chart, dots, heading, lines, values
+from dmil.reports.marks import Chart, coloured, dots, heading, lines, log_field, ticks, values
 from dmil.reports.point_labels import label_places
 from dmil.reports.theme import FAINT
 from dmil.studies.memories.names import (
@@ -21,7 +22,7 @@ from dmil.studies.memories.names import (
     controller_name,
 )
 from dmil.studies.memories.statements import SUBJECTS
-from dmil.studies.memories.style import dashes, log_field, named, palette, ticks, vertical_at
+from dmil.studies.memories.style import dashes, named, palette, vertical_at
 
 RATIO = "waiting / max-pressure's"
 _SIZE = (470, 330)
@@ -52,7 +53,7 @@ def differences(standing: pl.DataFrame, cells: Sequence[str], title: str) -> Cha
         return None
     order = [controller_name(name) for name in chosen]
     places = [cell_label(cell) for cell in cells]
-    colours = palette(chosen)
+    legend = alt.Legend(title=None, orient="bottom", columns=2, labelFontSize=12)
     x_title = "difference to max-pressure in waiting time (%), less is better"
     layers = dots(
         alt.Y(
@@ -62,11 +63,7 @@ def differences(standing: pl.DataFrame, cells: Sequence[str], title: str) -> Cha
             scale=alt.Scale(paddingInner=0.3, paddingOuter=0.2),
             axis=alt.Axis(grid=False, labelFontSize=12),
         ),
-        alt.Color(
-            "name:N",
-            scale=alt.Scale(domain=order, range=[colours[name] for name in order]),
-            legend=alt.Legend(title=None, orient="bottom", columns=2, labelFontSize=12),
-        ),
+        coloured("name", order, palette(chosen), legend),
         x_title,
         alt.YOffset("name:N", sort=order),
         "+.1f",
@@ -104,17 +101,10 @@ def standing_chart(overall: pl.DataFrame) -> Chart | None:
     if data.is_empty():
         return None
     order, colours = data["name"].to_list(), palette(data["controller"].to_list())
-    colour = alt.Color(
-        "name:N",
-        scale=alt.Scale(domain=order, range=[colours[name] for name in order]),
-        legend=None,
-    )
+    colour = coloured("name", order, colours)
     y = alt.Y("name:N", title=None, sort=order, axis=alt.Axis(grid=True, labelLimit=260))
     ends = _ends([*data["mean"], *data["low"].drop_nulls(), *data["high"].drop_nulls()], 1.05)
-    layers = [
-        layer.encode(x=log_field("low:Q" if number == 0 else "mean:Q", RATIO, *ends, alt.X))
-        for number, layer in enumerate(dots(y, colour, RATIO, format=".3f"))
-    ]
+    layers = dots(y, colour, x=partial(log_field, alt.X, title=RATIO, ends=ends))
     one = vertical_at(1.0)
     return alt.layer(one, *layers, data=values(data.drop("controller"))).properties(
         width=420,
@@ -155,14 +145,12 @@ def waiting_and_bytes(overall: pl.DataFrame, cost: pl.DataFrame) -> Chart | None
     x = _ends(data["bytes"].to_list(), 1.6)
     y = _ends([*data["mean"], *data["low"].drop_nulls(), *data["high"].drop_nulls(), 1.0], 1.15)
     colours = palette(data["controller"].to_list())
-    colour = alt.Color(
-        "name:N", scale=alt.Scale(domain=list(colours), range=list(colours.values())), legend=None
-    )
-    across = log_field("bytes:Q", "memory per intersection (bytes)", *x, alt.X)
-    up = log_field("mean:Q", RATIO, *y, alt.Y)
+    colour = coloured("name", list(colours), colours)
+    across = log_field(alt.X, "bytes:Q", "memory per intersection (bytes)", x)
+    up = log_field(alt.Y, "mean:Q", RATIO, y)
     base = alt.Chart(values(data.drop("controller")))
     bar = base.mark_rule(strokeWidth=1.4).encode(
-        x=across, y=log_field("low:Q", RATIO, *y, alt.Y), y2="high:Q", color=colour
+        x=across, y=log_field(alt.Y, "low:Q", RATIO, y), y2="high:Q", color=colour
     )
     dot = base.mark_point(filled=True, size=70, opacity=1).encode(
         x=across, y=up, color=colour, tooltip=["name:N", "bytes:Q", "mean:Q"]

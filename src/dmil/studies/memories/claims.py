@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
+from functools import partial
+from itertools import product
+from typing import Any
+
 import numpy as np
 import polars as pl
 
-from dmil.analysis.verdicts import FEWEST_SEEDS, judge
+from dmil.analysis.claims import (
+    Claim,
+    Evidence,
+    Outcome,
+    Question,
+    difference_text,
+    in_words,
+    judge,
+    undecided,
+)
+from dmil.analysis.panel import rows_by
 from dmil.seeding import stream
 from dmil.statistics import paired_difference
 from dmil.studies.memories.arranged import WAIT, Arranged
 from dmil.studies.memories.names import REFERENCES, cell_label, controller_name
-from dmil.studies.memories.statements import BARS, Bar
+from dmil.studies.memories.statements import BARS, Pairs
 
 EVIDENCE = pl.Struct(
     {
@@ -36,7 +50,9 @@ CLAIMS_SCHEMA: dict[str, pl.DataType] = {
     "failed": pl.Int64(),
     "evidence": pl.List(EVIDENCE),
 }
-Item = dict[str, object]
+Item = dict[str, Any]
+PairEvidence = Evidence[tuple[str, str, str]]
+"""Of cell, controller, and whom it is compared with."""
 
 
 def claims(runs: Arranged, standing: pl.DataFrame, costs: pl.DataFrame) -> pl.DataFrame:
@@ -59,122 +75,104 @@ def claims(runs: Arranged, standing: pl.DataFrame, costs: pl.DataFrame) -> pl.Da
     (patterns of cells that were not run), ``failed`` runs, ``evidence``: all comparisons,
     differences in %, sizes in bytes.
     """
-    known = {(row["cell"], row["controller"]): row for row in standing.iter_rows(named=True)}
-    sizes = {(row["cell"], row["controller"]): row for row in costs.iter_rows(named=True)}
+    known, sizes = (rows_by(table, "cell", "controller") for table in (standing, costs))
     return pl.DataFrame(
-        [_judged(runs, bar, known, sizes) for bar in BARS], schema=CLAIMS_SCHEMA, orient="row"
+        [_judged(runs, claim, known, sizes) for claim in BARS], schema=CLAIMS_SCHEMA, orient="row"
     )
 
 
 def _judged(
     runs: Arranged,
-    bar: Bar,
-    known: dict[tuple[str, str], Item],
-    sizes: dict[tuple[str, str], Item],
+    claim: Claim[Pairs],
+    known: dict[tuple[str, ...], Item],
+    sizes: dict[tuple[str, ...], Item],
 ) -> Item:
-    cells, lacking = bar.cells_among(runs.cells)
-    names = [name for name in bar.first_among(runs.controllers) if name not in runs.ablations]
+    (question,) = claim.questions
+    pairs = question.choose
+    cells, lacking = pairs.cells_among(runs.cells)
+    names = [name for name in pairs.first_among(runs.controllers) if name not in runs.ablations]
     evidence, failed = [], 0
-    for cell in cells:
-        for name in names:
-            place = runs.cells.index(cell), runs.controllers.index(name)
-            failed += int(runs.failed[place].sum())
-            if bar.measure == "bytes":
-                item = _size(sizes.get((cell, name)), cell, name, bar)
-            else:
-                item = _difference(runs, bar, cell, name, known)
-            if item is not None:
-                evidence.append(item)
+    for cell, name in product(cells, names):
+        place = runs.cells.index(cell), runs.controllers.index(name)
+        failed += int(runs.failed[place].sum())
+        if pairs.measure == "bytes":
+            found = _size(sizes.get((cell, name)), question.threshold)
+        else:
+            found = _difference(runs, question, cell, name, known)
+        if found is not None:
+            evidence.append(Evidence((cell, name, pairs.second), *found))
     # Who fails waits without end: that speaks against "below", and not against "above".
-    harmless = bar.relation in ("above", "not below")
+    harmless = question.relation in ("above", "not below")
     holds, verdict = _verdict(evidence, lacking, 0 if harmless else failed)
     return {
-        "id": bar.name,
-        "section": bar.section,
-        "sentence": bar.sentence,
-        "rule": _rule(bar),
+        "id": claim.name,
+        "section": claim.kind,
+        "sentence": claim.sentence,
+        "rule": question.text,
         "holds": holds,
         "verdict": verdict,
-        "summary": _summary(evidence, bar),
+        "summary": in_words(evidence, partial(_phrase, pairs)),
         "lacking": lacking if evidence else [],
         "failed": failed,
-        "evidence": evidence,
+        "evidence": [_row(one) for one in evidence],
     }
 
 
-def _rule(bar: Bar) -> str:
-    if bar.measure == "bytes":
-        return f"bytes per intersection {bar.relation} {bar.threshold:,.0f} in every run"
-    threshold = f"{100 * bar.threshold:+.0f} %".replace("-", "−").replace("+0 %", "0")
-    if bar.relation == "within":
-        threshold = threshold.replace("+", "±")
-    return f"95 % interval of the paired difference {bar.relation} {threshold}, in every cell"
-
-
 def _difference(
-    runs: Arranged, bar: Bar, cell: str, name: str, known: dict[tuple[str, str], Item]
-) -> Item | None:
-    row = known.get((cell, name))
-    short = REFERENCES.get(bar.second)
-    if row is None or runs.number(bar.second) is None:
+    runs: Arranged,
+    question: Question[Pairs],
+    cell: str,
+    name: str,
+    known: dict[tuple[str, ...], Item],
+) -> tuple[float, float, float, int, Outcome] | None:
+    other = question.choose.second
+    row, short = known.get((cell, name)), REFERENCES.get(other)
+    if row is None or other not in runs.controllers:
         return None
     if short is not None:  # the very number of the table
         keys = (f"{short}_pct", f"{short}_low", f"{short}_high")
-        value, low, high = (np.nan if row[key] is None else float(str(row[key])) for key in keys)
+        value, low, high = (np.nan if row[key] is None else row[key] for key in keys)
         seeds = row["n"]
     else:
-        where = runs.cells.index(cell)
-        found = paired_difference(
-            runs.of(WAIT, name)[where][:, None],
-            runs.of(WAIT, bar.second)[where][:, None],
-            stream(0, "bootstrap", "memories", cell, bar.second),
-            relative=True,
+        first, second = (
+            runs.of(WAIT, cell=cell, controller=each)[:, None] for each in (name, other)
         )
+        rng = stream(0, "bootstrap", "memories", cell, other)
+        found = paired_difference(first, second, rng, relative=True)
         value, low, high = (100 * float(each[0]) for each in (found.value, found.low, found.high))
         seeds = int(found.seeds[0])
     if np.isnan(value):
         return None
     # Where nothing varies the interval has no width; a rounding error is no difference.
-    outcome = judge(bar.relation, bar.threshold, round(low / 100, 12), round(high / 100, 12))
-    return _item(cell, name, bar.second, (value, low, high), seeds, outcome)
+    ends = round(low / 100, 12), round(high / 100, 12)
+    return value, low, high, seeds, judge(question.relation, question.threshold, *ends)
 
 
-def _size(row: Item | None, cell: str, name: str, bar: Bar) -> Item | None:
+def _size(row: Item | None, threshold: float) -> tuple[float, float, float, int, Outcome] | None:
     if row is None or row["bytes_largest"] is None:
         return None
-    value = float(str(row["bytes_largest"]))
-    outcome = "shown" if value < bar.threshold else "opposite"
-    seeds = int(str(row["planned"])) - int(str(row["failed"]))
-    return _item(cell, name, "", (value, np.nan, np.nan), seeds, outcome)
+    outcome: Outcome = "shown" if row["bytes_largest"] < threshold else "opposite"
+    return row["bytes_largest"], np.nan, np.nan, row["planned"] - row["failed"], outcome
 
 
-def _item(
-    cell: str,
-    name: str,
-    against: str,
-    numbers: tuple[float, float, float],
-    seeds: object,
-    outcome: str,
-) -> Item:
-    value, low, high = (None if np.isnan(each) else each for each in numbers)
-    return {
-        "cell": cell,
-        "controller": name,
-        "against": against,
+def _row(one: PairEvidence) -> Item:
+    value, low, high = (None if np.isnan(each) else each for each in (one.value, one.low, one.high))
+    names = dict(zip(("cell", "controller", "against"), one.comparison, strict=True))
+    return names | {
         "value": value,
         "low": low,
         "high": high,
-        "n": seeds,
-        "outcome": outcome,
+        "n": one.seeds,
+        "outcome": one.outcome,
     }
 
 
-def _verdict(evidence: list[Item], lacking: list[str], failed: int) -> tuple[bool | None, str]:
-    if not evidence:
-        return None, "not run"
-    if min(int(str(one["n"])) for one in evidence) < FEWEST_SEEDS:
-        return None, "too few seeds"
-    shown = sum(one["outcome"] == "shown" for one in evidence)
+def _verdict(
+    evidence: list[PairEvidence], lacking: list[str], failed: int
+) -> tuple[bool | None, str]:
+    if reason := undecided(evidence):
+        return None, reason
+    shown = sum(one.outcome == "shown" for one in evidence)
     count = f"{shown} of {len(evidence)}"
     if failed:
         return False, f"{failed} run{'s' if failed > 1 else ''} failed; else in {count}"
@@ -185,21 +183,9 @@ def _verdict(evidence: list[Item], lacking: list[str], failed: int) -> tuple[boo
     return True, "holds"
 
 
-def _summary(evidence: list[Item], bar: Bar) -> str:
-    """Give all of a few comparisons, the two extremes of many."""
-    if len(evidence) <= 4:
-        return "; ".join(_phrase(one, bar) for one in evidence)
-    ranked = sorted(evidence, key=lambda one: float(str(one["value"])))
-    return f"lowest {_phrase(ranked[0], bar)}; highest {_phrase(ranked[-1], bar)}"
-
-
-def _phrase(one: Item, bar: Bar) -> str:
-    where = cell_label(str(one["cell"]))
-    if bar.measure == "bytes":
-        return f"{where}: {one['value']:,.0f} B"
-    several = "*" in "".join(bar.first)
-    who = f", {controller_name(str(one['controller']))}" if several else ""
-    number = f"{one['value']:+.1f} %"
-    if one["low"] is not None:
-        number += f" [{one['low']:+.1f}, {one['high']:+.1f}]"
-    return f"{where}{who}: {number.replace('-', '−')}"
+def _phrase(pairs: Pairs, one: PairEvidence) -> str:
+    cell, controller, _ = one.comparison
+    if pairs.measure == "bytes":
+        return f"{cell_label(cell)}: {one.value:,.0f} B"
+    who = f", {controller_name(controller)}" if "*" in "".join(pairs.first) else ""
+    return f"{cell_label(cell)}{who}: {difference_text(one.value, one.low, one.high)}"

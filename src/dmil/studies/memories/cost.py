@@ -7,8 +7,9 @@ import warnings
 import numpy as np
 import polars as pl
 
+from dmil.analysis.panel import Values
 from dmil.results import Results
-from dmil.studies.memories.arranged import Arranged, Values
+from dmil.studies.memories.arranged import Arranged
 from dmil.studies.memories.names import cell_name
 
 
@@ -24,29 +25,25 @@ def cost(runs: Arranged) -> pl.DataFrame:
     the median over seeds (infinite where it never did; null if that is the median); runs
     ``planned``, ``failed`` in whatever way, and ``diverged``.
     """
-    learns = np.array(runs.learns)
     frames = []
     for number, cell in enumerate(runs.cells):
-        until = runs.task("decisions_until_better", number)
+        until = runs.of("decisions_until_better", cell=cell).T
         ok = (runs.planned & ~runs.failed)[number].T
         finished = np.where(np.isnan(until) & ok, np.inf, until)
-        known = ok.any(axis=0) & learns
+        known = ok.any(axis=0) & runs.learns
         with np.errstate(invalid="ignore"):
             overtook = (np.isfinite(finished) & ok).sum(axis=0) / ok.sum(axis=0)
         median = _over_seeds(np.nanmedian, finished)
-        size = runs.task("bytes_per_intersection", number)
         frame = pl.DataFrame(
             {
                 "cell": [cell] * len(runs.controllers),
-                "controller": list(runs.controllers),
-                "learns": learns,
-                "entries_per_agent": _over_seeds(
-                    np.nanmean, runs.task("entries_per_agent", number)
-                ),
-                "entries_total": _over_seeds(np.nanmean, runs.task("entries_total", number)),
-                "bytes_per_intersection": _over_seeds(np.nanmean, size),
-                "bytes_largest": _over_seeds(np.nanmax, size),
-                "us_per_decision": _over_seeds(np.nanmedian, runs.task("us_per_decision", number)),
+                "controller": runs.controllers,
+                "learns": runs.learns,
+                "entries_per_agent": _of(runs, cell, "entries_per_agent", np.nanmean),
+                "entries_total": _of(runs, cell, "entries_total", np.nanmean),
+                "bytes_per_intersection": _of(runs, cell, "bytes_per_intersection", np.nanmean),
+                "bytes_largest": _of(runs, cell, "bytes_per_intersection", np.nanmax),
+                "us_per_decision": _of(runs, cell, "us_per_decision", np.nanmedian),
                 "overtook": np.where(known, overtook, np.nan),
                 "decisions_until_better": np.where(known & np.isfinite(median), median, np.nan),
                 "planned": runs.planned[number].sum(axis=1),
@@ -77,6 +74,10 @@ def hit_rates(results: Results) -> pl.DataFrame:
         .select("cell", "controller", "source", "share")
         .fill_nan(None)
     )
+
+
+def _of(runs: Arranged, cell: str, measure: str, summary: object) -> Values:
+    return _over_seeds(summary, runs.of(measure, cell=cell).T)
 
 
 def _over_seeds(summary: object, values: Values) -> Values:

@@ -7,10 +7,19 @@ from collections.abc import Sequence
 import altair as alt
 import polars as pl
 
-from dmil.reports.marks import Chart, dots, heading, values
+from dmil.reports.marks import (
+    Chart,
+    coloured,
+    dashed,
+    dots,
+    heading,
+    line_legend,
+    log_field,
+    values,
+)
 from dmil.reports.theme import FAINT
 from dmil.studies.memories.names import cell_label, controller_name
-from dmil.studies.memories.style import colour_of, dashes, log_field, named, palette, vertical_at
+from dmil.studies.memories.style import colour_of, dashes, named, palette, vertical_at
 
 _PANEL = (205, 130)
 _ACROSS = 3
@@ -79,7 +88,7 @@ def ablation_chart(ablation: pl.DataFrame, subject: str) -> Chart | None:
     order = data["name"].to_list()
     layers = dots(
         alt.Y("name:N", title=None, sort=order, axis=alt.Axis(grid=True, labelLimit=300)),
-        alt.Color("name:N", scale=alt.Scale(domain=order, range=[colour_of(subject)]), legend=None),
+        coloured("name", order, [colour_of(subject)]),
         f"difference to {controller_name(subject)} in waiting time (%)",
         format="+.1f",
     )
@@ -109,29 +118,13 @@ def _panels(
     places = [place for place in places if (data["where"] == place).any()]
     colours, strokes = palette(learners), dashes(learners)
     names = [controller_name(name) for name in learners]
-    legend = alt.Legend(
-        title=None,
-        orient="bottom",
-        columns=4,
-        symbolType="stroke",
-        symbolSize=240,
-        symbolStrokeWidth=2,
-        symbolOpacity=1,
-    )
-    colour = alt.Color(
-        "name:N",
-        scale=alt.Scale(domain=names, range=[colours[name] for name in names]),
-        legend=legend,
-    )
-    dash = alt.StrokeDash(
-        "name:N",
-        scale=alt.Scale(domain=names, range=[strokes[name] for name in names]),
-        legend=legend,
-    )
+    legend = line_legend(columns=4, symbolOpacity=1)
+    colour = coloured("name", names, colours, legend)
+    dash = dashed("name", names, strokes, legend)
     numbers = [*data["mean"], *data["low"].drop_nulls(), *data["high"].drop_nulls()]
     ends = min(numbers) / 1.1, max(numbers) * 1.1
-    y = log_field("mean:Q", y_title, *ends, alt.Y)
-    low = log_field("low:Q", y_title, *ends, alt.Y)
+    y = log_field(alt.Y, "mean:Q", y_title, ends)
+    low = log_field(alt.Y, "low:Q", y_title, ends)
     points = data.group_by("where", "name").len().filter(pl.col("len") == 1)
     marked = data.join(points, on=["where", "name"], how="left", maintain_order="left")
     base = alt.Chart().transform_filter("isValid(datum.mean)")

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 import polars as pl
 
-from dmil.reports.figure import Figure, darkened, figure, slug
-from dmil.reports.marks import Chart
+from dmil.reports.figure import Drawn, Figure, darkened, drawn_figures
 from dmil.studies.memories import charts, curve_charts
 from dmil.studies.memories.names import LONGEST_QUEUE_APPROACHING, MAX_PRESSURE
 from dmil.studies.memories.statements import SUBJECT
@@ -17,9 +16,6 @@ HEADLINE = "Waiting against max-pressure"
 MOST_LINES = 9
 DARK = "dark"
 """Section of pictures for dark pages, which no page of ours shows."""
-
-Drawn = tuple[str, str, str, Chart | None]
-"""Name, section, caption and chart of a figure, None if the runs do not allow it."""
 
 
 def figures_of_study(tables: MemoriesTables) -> Iterator[Figure]:
@@ -58,13 +54,13 @@ def figures_of_study(tables: MemoriesTables) -> Iterator[Figure]:
             charts.profile_chart(tables.profiles, _in_profile(overall)),
         ),
         (
-            "waiting_and_bytes",
+            "waiting-and-bytes",
             "memory",
             "Further left: less memory; lower: shorter waits. Dashed: rules without memory.",
             charts.waiting_and_bytes(overall, cost),
         ),
         (
-            "memory_over_time",
+            "memory-over-time",
             "memory",
             "Memory growth over training.",
             curve_charts.memory_chart(memory, runs.cells),
@@ -82,12 +78,10 @@ def figures_of_study(tables: MemoriesTables) -> Iterator[Figure]:
             curve_charts.ablation_chart(tables.ablation, SUBJECT),
         ),
     ]
-    for name, section, caption, chart in drawn:
-        if chart is not None:
-            made = figure(slug(name.replace("_", "-")), section, "", caption, chart)
-            yield made
-            if section == "headline":
-                yield darkened(made, DARK)
+    for made in drawn_figures(drawn):
+        yield made
+        if made.section == "headline":
+            yield darkened(made, DARK)
 
 
 def _in_profile(overall: pl.DataFrame) -> list[str]:

@@ -7,6 +7,9 @@ from typing import Any
 
 import polars as pl
 
+from dmil.analysis.claims import difference_text
+from dmil.analysis.panel import rows_by
+from dmil.reports.files import latex
 from dmil.studies.memories.names import REFERENCES, cell_label, controller_name
 from dmil.studies.memories.statements import SUBJECT
 from dmil.studies.memories.tables import MemoriesTables
@@ -21,32 +24,19 @@ _REFERENCE_HEADS = {
 
 def standing_markdown(tables: MemoriesTables) -> str:
     """Return W of the references and of the first subject in every cell, as Markdown."""
-    head, rows = _headline(tables)
-    lines = [
-        "| " + " | ".join(head) + " |",
-        "|-|" + "-:|" * (len(head) - 1),
-        *("| " + " | ".join(row) + " |" for row in rows),
-    ]
-    return "\n".join(lines) + "\n"
+    head, *rows = ("| " + " | ".join(row) + " |" for row in _headline(tables))
+    rule = "|-|" + "-:|" * (head.count(" | "))
+    return "\n".join([head, rule, *rows, ""])
 
 
 def standing_latex(tables: MemoriesTables) -> str:
     r"""Return W of the references and of the first subject in every cell, as a LaTeX tabular."""
-    head, rows = _headline(tables)
-    lines = [
-        "% W in s: mean over seeds; paired differences in %, 95 % interval",
-        r"\begin{tabular}{l" + "r" * (len(head) - 1) + "}",
-        r"\toprule",
-        _line(head),
-        r"\midrule",
-        *(_line(row) for row in rows),
-        r"\bottomrule",
-        r"\end{tabular}",
-    ]
-    return "\n".join(lines) + "\n"
+    head, *rows = ([_safe(cell) for cell in row] for row in _headline(tables))
+    notes = ["W in s: mean over seeds; paired differences in %, 95 % interval"]
+    return latex(notes, head, rows)
 
 
-def _headline(tables: MemoriesTables) -> tuple[list[str], list[list[str]]]:
+def _headline(tables: MemoriesTables) -> list[list[str]]:
     """Return heads and rows: the subject is factored memory, or the best there is."""
     runs = tables.runs
     known = tables.overall.filter(
@@ -55,19 +45,19 @@ def _headline(tables: MemoriesTables) -> tuple[list[str], list[list[str]]]:
     names = known["controller"].to_list()
     subject = SUBJECT if SUBJECT in names else names[0] if names else None
     references = [name for name in REFERENCES if name in runs.controllers]
-    entries = {(r["cell"], r["controller"]): r for r in tables.standing.iter_rows(named=True)}
+    entries = rows_by(tables.standing, "cell", "controller")
     shown = [*references, *([subject] if subject else [])]
     head = ["W in s", *(controller_name(name) for name in shown)]
     if subject:
         head += [_REFERENCE_HEADS[REFERENCES[name]] for name in references]
-    rows = []
+    rows = [head]
     for cell in runs.cells:
         row = [cell_label(cell), *(_mean(entries.get((cell, name))) for name in shown)]
         if subject:
             own = entries.get((cell, subject))
             row += [_difference(own, REFERENCES[name]) for name in references]
         rows.append(row)
-    return head, rows
+    return rows
 
 
 def _mean(row: Mapping[str, Any] | None) -> str:
@@ -77,15 +67,9 @@ def _mean(row: Mapping[str, Any] | None) -> str:
 def _difference(row: Mapping[str, Any] | None, short: str) -> str:
     if row is None or row[f"{short}_pct"] is None:
         return "–"
-    text = f"{row[f'{short}_pct']:+.1f} %"
-    if row[f"{short}_low"] is not None:
-        text += f" [{row[f'{short}_low']:+.1f}, {row[f'{short}_high']:+.1f}]"
-    return text.replace("-", "−")
+    return difference_text(*(row[f"{short}_{end}"] for end in ("pct", "low", "high")))
 
 
-def _line(cells: list[str]) -> str:
-    def safe(text: str) -> str:
-        text = text.replace("%", r"\%").replace("_", r"\_").replace("×", r"$\times$")
-        return text.replace("−", "$-$").replace("–", "--").replace("ε", r"$\varepsilon$")
-
-    return " & ".join(safe(cell) for cell in cells) + r" \\"
+def _safe(text: str) -> str:
+    text = text.replace("%", r"\%").replace("_", r"\_").replace("×", r"$\times$")
+    return text.replace("−", "$-$").replace("–", "--").replace("ε", r"$\varepsilon$")

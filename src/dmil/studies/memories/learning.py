@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
+from dmil.analysis.estimates import interval_columns, learning_curve
 from dmil.results import Results
 from dmil.seeding import stream
-from dmil.statistics import mean_interval
 from dmil.studies.memories.arranged import WAIT, Arranged
 from dmil.studies.memories.names import MAX_PRESSURE, cell_name
-
-_RESAMPLES = 500
 
 
 def learning_curves(results: Results, runs: Arranged) -> pl.DataFrame:
@@ -36,19 +34,16 @@ def learning_curves(results: Results, runs: Arranged) -> pl.DataFrame:
     )
     rows = pl.concat([episodes, tests.select(episodes.columns)], how="vertical_relaxed")
     cells = [cell_name(*row) for row in rows.select("scenario", "load").rows()]
-    rows = rows.with_columns(cell=pl.Series(cells, dtype=pl.String)).sort("seed", "run")
-    base = runs.of(WAIT, MAX_PRESSURE)
+    rows = rows.with_columns(cell=pl.Series(cells, dtype=pl.String))
+    base = runs.of(WAIT, controller=MAX_PRESSURE)
     frames = []
     for number, cell in enumerate(runs.cells):
         for controller in runs.controllers:
             own = rows.filter(pl.col("cell") == cell, pl.col("controller") == controller)
             if own.is_empty():
                 continue
-            wide = own.pivot(on="run", index="seed", values=WAIT)
-            numbers = [int(name) for name in wide.columns[1:]]
-            values = wide.drop("seed").fill_null(np.nan).to_numpy()
             rng = stream(0, "bootstrap", "memories", "learning")
-            found = mean_interval(values, rng, resamples=_RESAMPLES)
+            numbers, _, found = learning_curve(own, "run", WAIT, rng)
             known = base[number][~np.isnan(base[number])]
             last = own.filter(pl.col("test"))["run"].max()
             frame = pl.DataFrame(
@@ -57,14 +52,12 @@ def learning_curves(results: Results, runs: Arranged) -> pl.DataFrame:
                     "controller": controller,
                     "run": numbers,
                     "test": [each == last for each in numbers],
-                    "mean": found.value,
-                    "low": found.low,
-                    "high": found.high,
+                    **interval_columns(found),
                     "base": float(known.mean()) if known.size else None,
                 },
                 schema=_CURVE,
             )
-            frames.append(frame.sort("run").fill_nan(None))
+            frames.append(frame)
     return pl.concat(frames) if frames else pl.DataFrame(schema=_CURVE)
 
 

@@ -7,10 +7,11 @@ from typing import Any
 
 import polars as pl
 
-from dmil.analysis.verdicts import FEWEST_SEEDS
+from dmil.analysis.claims import FEWEST_SEEDS
+from dmil.analysis.panel import rows_by
 from dmil.reports.configuration import configuration_rows
 from dmil.reports.figure import Figure
-from dmil.reports.files import csv
+from dmil.reports.files import csv, evidence_csv
 from dmil.reports.html import check_preset, environment, shared_values
 from dmil.results import Results
 from dmil.studies.memories.figures import DARK, figures_of_study
@@ -46,7 +47,6 @@ class MemoriesReport:
     def tables(self) -> dict[str, str | bytes]:
         """Return the tables' files by name."""
         made = self._tables
-        evidence = made.claims.select("id", "evidence").explode("evidence").drop_nulls("evidence")
         return {
             "tables/standing.csv": csv(made.standing),
             "tables/standing.md": standing_markdown(made),
@@ -57,7 +57,7 @@ class MemoriesReport:
             "tables/learning.csv": csv(made.learning),
             "tables/ablation.csv": csv(made.ablation),
             "tables/claims.csv": csv(made.claims),
-            "tables/claims_evidence.csv": csv(evidence.unnest("evidence")),
+            "tables/claims_evidence.csv": evidence_csv(made.claims),
             "tables/failures.csv": csv(made.failures),
         }
 
@@ -94,10 +94,10 @@ class MemoriesReport:
             "controllers": ranked["controller"].to_list(),
             "ablations": runs.ablations,
             "overall": ranked.rows(named=True),
-            "standing": _by(made.standing, "cell", "controller"),
-            "cost": _by(made.cost, "cell", "controller"),
+            "standing": rows_by(made.standing, "cell", "controller"),
+            "cost": rows_by(made.cost, "cell", "controller"),
             "costs": _costs(made.cost),
-            "ablation": _by(made.ablation, "controller", "cell"),
+            "ablation": rows_by(made.ablation, "controller", "cell"),
             "rates": rates.rows(named=True),
             "references": REFERENCES,
             "subject": SUBJECT,
@@ -128,11 +128,6 @@ def _costs(cost: pl.DataFrame) -> dict[str, dict[str, Any]]:
         diverged=pl.col("diverged").sum(),
     )
     return {row["controller"]: row for row in table.iter_rows(named=True)}
-
-
-def _by(table: pl.DataFrame, *keys: str) -> dict[tuple[Any, ...], dict[str, Any]]:
-    """Return the rows of a table by the values of some columns."""
-    return {tuple(row[key] for key in keys): row for row in table.iter_rows(named=True)}
 
 
 REPORT = MemoriesReport

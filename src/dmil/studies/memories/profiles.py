@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
+from dmil.analysis.estimates import IQM
 from dmil.seeding import stream
 from dmil.statistics import mean_interval, paired_difference, performance_profile
 from dmil.studies.memories.arranged import WAIT, Arranged
 from dmil.studies.memories.names import MAX_PRESSURE
-from dmil.studies.memories.ranking import IQM, ratios
+from dmil.studies.memories.ranking import ratios_to
 from dmil.studies.memories.statements import SUBJECT
 
 THRESHOLDS = np.geomspace(0.5, 10.0, 100)
@@ -24,7 +25,7 @@ def profiles(runs: Arranged) -> pl.DataFrame:
     that of runs with at most this ratio, with ``low`` and ``high``. Failed runs reach none.
     """
     tasks = []
-    for number, task in enumerate(ratios(runs, MAX_PRESSURE)):
+    for number, task in enumerate(ratios_to(runs, MAX_PRESSURE)):
         tasks.append(np.where(runs.failed[number].T, np.inf, task))
     if all(np.isnan(task).all() for task in tasks):
         return pl.DataFrame(schema=_PROFILE)
@@ -56,12 +57,12 @@ def ablation(runs: Arranged) -> pl.DataFrame:
     less 1) and the paired difference ``pct`` in % with ``low``, ``high`` and ``n``.
     """
     chosen = [name for name in runs.controllers if name in runs.ablations]
-    if not chosen or runs.number(SUBJECT) is None:
+    if not chosen or SUBJECT not in runs.controllers:
         return pl.DataFrame(schema=_ABLATION)
-    base = runs.of(WAIT, SUBJECT)
+    base = runs.of(WAIT, controller=SUBJECT)
     rows = []
     for name in chosen:
-        values = runs.of(WAIT, name)
+        values = runs.of(WAIT, controller=name)
         ratio = [(one / other)[:, None] for one, other in zip(values, base, strict=True)]
         rng = stream(0, "bootstrap", "memories", "ablation")
         found = mean_interval(ratio, rng, summary=IQM)

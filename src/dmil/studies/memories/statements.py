@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Literal
 
-from dmil.analysis.verdicts import Relation
+from dmil.analysis.claims import Claim, Question, Relation
 from dmil.studies.memories.names import (
     LONGEST_QUEUE,
     LONGEST_QUEUE_APPROACHING,
@@ -38,225 +39,220 @@ SAME_WITHIN = 0.05
 MOST_BYTES = 10_000
 
 
-@dataclass(frozen=True, slots=True)
-class Bar:
-    """One claim and its rule.
+Measure = Literal["wait", "bytes"]
 
-    Parameters
+
+@dataclass(frozen=True, slots=True)
+class Pairs:
+    """Which controllers are compared where.
+
+    Attributes
     ----------
-    name
-        Short identifier.
-    section
-        Part of the report it belongs to.
-    sentence
-        What is claimed.
-    cells
-        Patterns of the cells that it is about; each has to match at least one.
-    first
+    cells: tuple of str
+        Patterns of cells; each has to match at least one.
+    first: tuple of str
         Patterns of controllers, each of which has to show it.
-    second
-        Controller it is compared with; "" where a number is compared with the threshold.
-    relation, threshold
-        What each comparison has to show.
-    measure
+    second: str
+        Whom it is compared with; "" where a number is compared with the threshold.
+    measure: str
         "wait" for relative differences of waiting, "bytes" for bytes per intersection.
     """
 
-    name: str
-    section: Literal["bars", "limits", "rivals"]
-    sentence: str
     cells: tuple[str, ...]
     first: tuple[str, ...]
     second: str
-    relation: Relation
-    threshold: float = 0.0
-    measure: Literal["wait", "bytes"] = "wait"
+    measure: Measure = "wait"
 
-    def cells_among(self, names: tuple[str, ...]) -> tuple[list[str], list[str]]:
-        """Return the cells of a study that the claim is about, and the patterns without any."""
-        found = [name for name in names if any(fnmatchcase(name, each) for each in self.cells)]
+    def cells_among(self, names: Sequence[str]) -> tuple[list[str], list[str]]:
+        """Return the cells of a study that it is about, and the patterns without any."""
         lacking = [p for p in self.cells if not any(fnmatchcase(name, p) for name in names)]
-        return found, lacking
+        return _matching(names, self.cells), lacking
 
-    def first_among(self, names: tuple[str, ...]) -> list[str]:
-        """Return the controllers of a study that the claim is about."""
-        return [
-            name
-            for name in names
-            if name != self.second and any(fnmatchcase(name, each) for each in self.first)
-        ]
+    def first_among(self, names: Sequence[str]) -> list[str]:
+        """Return the controllers of a study that it is about."""
+        return [name for name in _matching(names, self.first) if name != self.second]
 
 
-BARS: tuple[Bar, ...] = (
-    Bar(
+def _matching(names: Sequence[str], patterns: Sequence[str]) -> list[str]:
+    return [name for name in names if any(fnmatchcase(name, each) for each in patterns)]
+
+
+def _claim(
+    name: str,
+    sentence: str,
+    cells: tuple[str, ...],
+    relation: Relation,
+    second: str,
+    threshold: float = 0.0,
+    *,
+    first: tuple[str, ...] = (SUBJECT,),
+    kind: Literal["bars", "limits", "rivals"] = "bars",
+    measure: Measure = "wait",
+) -> Claim[Pairs]:
+    percent = f"{100 * threshold:+.0f} %".replace("-", "−").replace("+0 %", "0")
+    if relation == "within":
+        percent = percent.replace("+", "±")
+    rule = f"95 % interval of the paired difference {relation} {percent}, in every cell"
+    if measure == "bytes":
+        rule = f"bytes per intersection {relation} {threshold:,.0f} in every run"
+    question = Question(rule, Pairs(cells, first, second, measure), relation, threshold)
+    return Claim(name, kind, sentence, (question,))
+
+
+BARS: tuple[Claim[Pairs], ...] = (
+    _claim(
         "below-max-pressure",
-        "bars",
         "Factored memory waits less than max-pressure on networks: light, heavy, unequal, "
         "time-varying and recorded demand.",
         SEVERAL,
-        (SUBJECT,),
-        MAX_PRESSURE,
         "below",
+        MAX_PRESSURE,
     ),
-    Bar(
+    _claim(
         "below-longest-queue",
-        "bars",
         "Factored memory waits less than longest queue first on the same networks.",
         SEVERAL,
-        (SUBJECT,),
-        LONGEST_QUEUE,
         "below",
+        LONGEST_QUEUE,
     ),
-    Bar(
+    _claim(
         "nowhere-above-max-pressure",
-        "bars",
         "Factored memory never waits longer than max-pressure, single intersections included.",
         EVERYWHERE,
-        (SUBJECT,),
-        MAX_PRESSURE,
         "not above",
+        MAX_PRESSURE,
     ),
-    Bar(
+    _claim(
         "nowhere-above-longest-queue",
-        "bars",
         "Factored memory never waits longer than longest queue first.",
         EVERYWHERE,
-        (SUBJECT,),
-        LONGEST_QUEUE,
         "not above",
+        LONGEST_QUEUE,
     ),
-    Bar(
+    _claim(
         "fifteen-percent",
-        "bars",
         "Factored memory waits at least 15 % less than max-pressure on 5×5 ×1.",
         ("grid:5x5",),
-        (SUBJECT,),
-        MAX_PRESSURE,
         "below",
+        MAX_PRESSURE,
         -0.15,
     ),
-    Bar(
+    _claim(
         "below-approaching",
-        "bars",
-        "Factored memory also waits less than longest queue first with approaching vehicles where "
-        "demand is light, unequal or time-varying.",
+        "Factored memory also waits less than longest queue first with approaching "
+        "vehicles where demand is light, unequal or time-varying.",
         LIGHT,
-        (SUBJECT,),
-        LONGEST_QUEUE_APPROACHING,
         "below",
+        LONGEST_QUEUE_APPROACHING,
     ),
-    Bar(
+    _claim(
         "nowhere-above-approaching",
-        "bars",
         "It never waits longer than longest queue first with approaching vehicles.",
         EVERYWHERE,
-        (SUBJECT,),
-        LONGEST_QUEUE_APPROACHING,
         "not above",
+        LONGEST_QUEUE_APPROACHING,
     ),
-    Bar(
+    _claim(
         "ten-kilobytes",
-        "bars",
         "Factored memory takes less than 10 kB per intersection in every run.",
         EVERYWHERE,
-        (SUBJECT,),
-        "",
         "below",
+        "",
         MOST_BYTES,
-        "bytes",
+        measure="bytes",
     ),
-    Bar(
+    _claim(
         "nobody-beats-the-future",
-        "limits",
         "On one intersection no controller waits less than a planner that knows all arrivals.",
         SINGLE,
-        ("*",),
-        PLANNER,
         "not below",
+        PLANNER,
+        first=("*",),
+        kind="limits",
     ),
-    Bar(
+    _claim(
         "rivals-above-max-pressure",
-        "rivals",
         "No memory that the paper names waits less than max-pressure, which remembers nothing.",
         EVERYWHERE,
-        RIVALS,
-        MAX_PRESSURE,
         "not below",
+        MAX_PRESSURE,
+        first=RIVALS,
+        kind="rivals",
     ),
-    Bar(
+    _claim(
         "rivals-above-factored",
-        "rivals",
         "Every memory that the paper names waits longer than factored memory.",
         EVERYWHERE,
-        RIVALS,
-        SUBJECT,
         "above",
+        SUBJECT,
+        first=RIVALS,
+        kind="rivals",
     ),
-    Bar(
+    _claim(
         "exact-states-never-recur",
-        "rivals",
-        "Exact states rarely recur under load: SARSA on them waits as long as random choice, "
-        "within 10 %.",
+        "Exact states rarely recur under load: SARSA on them waits as long as random "
+        "choice, within 10 %.",
         ("grid:5x5", "grid:5x5[*]3", "grid:5x5[*]3.6"),
-        ("sarsa", "sarsa,epsilon=*"),
-        "random",
         "within",
+        "random",
         0.10,
+        first=("sarsa", "sarsa,epsilon=*"),
+        kind="rivals",
     ),
-    Bar(
+    _claim(
         "classes-carry-the-gain",
-        "rivals",
         "The gain is generalisation: SARSA on complex classes waits less than on exact states.",
         EVERYWHERE,
-        ("sarsa,embedding=complex*",),
-        "sarsa,epsilon=0.05",
         "below",
+        "sarsa,epsilon=0.05",
+        first=("sarsa,embedding=complex*",),
+        kind="rivals",
     ),
-    Bar(
+    _claim(
         "two-memories-neutral",
-        "rivals",
         "Splitting the paper's memory into short and long term changes waiting by less than 5 %.",
         EVERYWHERE,
-        ("dual-memory,epsilon=0.05",),
-        "sarsa,embedding=complex,epsilon=0.05",
         "within",
+        "sarsa,embedding=complex,epsilon=0.05",
         SAME_WITHIN,
+        first=("dual-memory,epsilon=0.05",),
+        kind="rivals",
     ),
-    Bar(
+    _claim(
         "prioritised-helps",
-        "rivals",
         "Prioritised replay waits less than uniform replay (Schaul et al. 2016).",
         EVERYWHERE,
-        ("dqn-prioritised*",),
-        "dqn",
         "below",
+        "dqn",
+        first=("dqn-prioritised*",),
+        kind="rivals",
     ),
-    Bar(
+    _claim(
         "hindsight-helps",
-        "rivals",
         "Hindsight replay waits less than uniform replay (Andrychowicz et al. 2017).",
         EVERYWHERE,
-        ("dqn-hindsight*",),
-        "dqn",
         "below",
+        "dqn",
+        first=("dqn-hindsight*",),
+        kind="rivals",
     ),
-    Bar(
+    _claim(
         "learned-keys-help",
-        "rivals",
         "Learned keys wait less than raw counts: NEC below MFEC (Pritzel et al. 2016).",
         EVERYWHERE,
-        ("nec*",),
-        "mfec",
         "below",
+        "mfec",
+        first=("nec*",),
+        kind="rivals",
     ),
-    Bar(
+    _claim(
         "team-value-helps",
-        "rivals",
         "A team value, VDN, waits less than DQN, where every intersection learns alone.",
         SEVERAL,
-        ("vdn*",),
-        "dqn",
         "below",
+        "dqn",
+        first=("vdn*",),
+        kind="rivals",
     ),
 )
 """The bars that were set before the study was run, the limit, and what is said of the rivals."""

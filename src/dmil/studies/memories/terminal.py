@@ -35,13 +35,7 @@ def in_terminal(tables: MemoriesTables) -> list[Group | list[Text]]:
 
 
 def as_json(tables: MemoriesTables) -> dict[str, Any]:
-    """Return a study of memories as one JSON object (ours).
-
-    Parameters
-    ----------
-    tables
-        The study.
-    """
+    """Return a study of memories as one JSON object (ours)."""
     return {
         "cells": list(tables.runs.cells),
         "seeds": list(tables.runs.seeds),
@@ -55,13 +49,7 @@ def as_json(tables: MemoriesTables) -> dict[str, Any]:
 
 
 def standing_table(tables: MemoriesTables) -> Group:
-    """Return how all controllers stand over all cells, the best first.
-
-    Parameters
-    ----------
-    tables
-        The study.
-    """
+    """Return how all controllers stand over all cells, the best first."""
     runs = tables.runs
     where = f"{counted(len(runs.cells), 'case')}, {counted(len(runs.seeds), 'seed')}"
     title = Text(f"W over max-pressure's on the same vehicles, {where}", "italic")
@@ -82,9 +70,7 @@ def standing_table(tables: MemoriesTables) -> Group:
         table.add_row(
             controller_name(row["controller"]),
             _ratio(row),
-            ""
-            if row["max_pressure_better"] is None
-            else f"{100 * row['max_pressure_better']:.0f} %",
+            _share(row["max_pressure_better"]),
             *_costs(costs[row["controller"]]),
         )
     return Group(title, table, Text(caption, "dim"))
@@ -103,15 +89,7 @@ def subjects(tables: MemoriesTables) -> list[str]:
 
 
 def cells_table(tables: MemoriesTables, controller: str) -> Group:
-    """Return W of one controller in every cell, and its differences to the references.
-
-    Parameters
-    ----------
-    tables
-        The study.
-    controller
-        Its label.
-    """
+    """Return W of one controller in every cell, and its differences to the references."""
     title = f"{controller_name(controller)}: W in s, paired differences from others in %"
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=0)
     table.add_column("", no_wrap=True)
@@ -125,13 +103,7 @@ def cells_table(tables: MemoriesTables, controller: str) -> Group:
 
 
 def claim_lines(tables: MemoriesTables) -> list[Text]:
-    """Return one line per bar and claim that was run: verdict, then the claim.
-
-    Parameters
-    ----------
-    tables
-        The study.
-    """
+    """Return one line per bar and claim that was run: verdict, then the claim."""
     lines = []
     for row in tables.claims.filter(pl.col("verdict") != "not run").iter_rows(named=True):
         line = Text()

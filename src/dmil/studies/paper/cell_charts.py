@@ -13,6 +13,7 @@ from dmil.reports.labels import architecture_label, controller_label
 from dmil.reports.marks import (
     RULES,
     Chart,
+    coloured,
     dots,
     heading,
     panels_across,
@@ -21,14 +22,7 @@ from dmil.reports.marks import (
     values,
 )
 from dmil.reports.styles import colour, colours_by_label
-from dmil.reports.theme import (
-    FAINT,
-    INK,
-    PANEL,
-    PRESET_COLOURS,
-    REWARD_COLOURS,
-    colours,
-)
+from dmil.reports.theme import FAINT, INK, PANEL, PRESET_COLOURS, REWARD_COLOURS
 from dmil.studies.paper.cells import BASELINES, REWARD_ORDER
 from dmil.studies.paper.published import (
     COMPLEX,
@@ -75,9 +69,7 @@ def all_architectures(summary: pl.DataFrame, preset: str, scenario: str) -> Char
         pl.DataFrame({"panel": _panels(rewards)}), how="cross"
     )
     y = alt.Y("architecture:N", title=None, sort=names, axis=alt.Axis(grid=True, labelLimit=260))
-    hue = alt.Color(
-        "kind:N", scale=alt.Scale(domain=kinds, range=colours(kinds, COLOURS)), legend=None
-    )
+    hue = coloured("kind", kinds, COLOURS)
     return (
         alt.layer(reference_rules(), *dots(y, hue))
         .properties(width=PANEL, height=15 * len(names))
@@ -121,9 +113,7 @@ def paper_against_ours(table: pl.DataFrame, preset: str) -> Chart | None:
     )
     order = list(PAPER_COLUMNS)
     y = alt.Y("column:N", title=None, sort=order, axis=alt.Axis(grid=True))
-    hue = alt.Color(
-        "column:N", scale=alt.Scale(domain=order, range=colours(order, COLOURS)), legend=None
-    )
+    hue = coloured("column", order, COLOURS)
     paper = (
         alt.Chart()
         .transform_filter("isValid(datum.paper_mean)")
@@ -178,10 +168,8 @@ def against_max_pressure(summary: pl.DataFrame, preset: str) -> Chart | None:
     data = data.with_columns(slot=pl.col("reward").replace({"none": middle}))
     order = [*PAPER_COLUMNS, *(controller_label(name) for name in BASELINES)]
     palette = {**REWARD_COLOURS, "none": INK}
-    hue = alt.Color(
-        "reward:N",
-        scale=alt.Scale(domain=rewards, range=colours(rewards, palette)),
-        legend=alt.Legend(title="reward", orient="bottom", titleOrient="left"),
+    hue = coloured(
+        "reward", rewards, palette, alt.Legend(title="reward", orient="bottom", titleOrient="left")
     )
     y = alt.Y("name:N", title=None, sort=order, axis=alt.Axis(grid=True))
     offset = alt.YOffset("slot:N", sort=learned or None)
@@ -218,10 +206,11 @@ def preset_sensitivity(table: pl.DataFrame) -> Chart | None:
     rewards = ordered(table["reward"].unique().to_list(), REWARD_ORDER)
     grids = data["label"].unique(maintain_order=True).to_list()
     y = alt.Y("column:N", title=None, sort=list(PAPER_COLUMNS), axis=alt.Axis(grid=True))
-    hue = alt.Color(
-        "preset:N",
-        scale=alt.Scale(domain=presets, range=colours(presets, PRESET_COLOURS)),
-        legend=alt.Legend(title="preset", orient="bottom", titleOrient="left"),
+    hue = coloured(
+        "preset",
+        presets,
+        PRESET_COLOURS,
+        alt.Legend(title="preset", orient="bottom", titleOrient="left"),
     )
     return (
         alt.layer(*dots(y, hue, offset=alt.YOffset("preset:N", sort=presets)))

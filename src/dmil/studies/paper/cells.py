@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass, field
+from dataclasses import asdict, dataclass
 from functools import cached_property
 
 import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from dmil.analysis.panel import EMBEDDING_ORDER, check_distinct, check_success, ordered, panel_of
-from dmil.results import Results
-from dmil.studies.paper.published import (
-    PublishedArchitecture,
-    Reading,
-    intersections_of,
-    is_of,
-    reading_of,
+from dmil.analysis.panel import (
+    EMBEDDING_ORDER,
+    RunPanel,
+    check_distinct,
+    check_success,
+    numeric,
+    on_axes,
+    ordered,
 )
+from dmil.results import Results
+from dmil.studies.paper.plan import Architecture
+from dmil.studies.paper.published import Reading, intersections_of, is_of, reading_of
 
 #: What makes up a cell: all runs that differ in nothing but the seed.
 CELL: tuple[str, ...] = (
@@ -47,42 +50,30 @@ LEARNERS = ("sarsa", "dual-memory")
 CONTROLLER_ORDER = (*LEARNERS, *BASELINES)
 
 
-Key = tuple[str | bool | float | None, ...]
+@dataclass(frozen=True, kw_only=True)
+class Cells(RunPanel):
+    """All successful runs; the axes are ``seed`` and ``cell``, the rows of the table.
 
-
-@dataclass(frozen=True)
-class Cells:
-    """Measures of all successful runs as (seeds, cells) arrays.
-
-    Parameters
+    Attributes
     ----------
-    table
+    table: polars.DataFrame
         One row per cell: the columns of :data:`CELL`, in the order of the paper.
-    seeds
-        Seeds, ascending.
-    measures
-        Name of the measure to array (seeds, cells); NaN where there is no run.
-    reading
+    reading: Reading
         Which cells the columns of the paper's table stand for.
     """
 
     table: pl.DataFrame
-    seeds: tuple[int, ...]
-    measures: dict[str, NDArray[np.float64]]
-    reading: Reading = field(default_factory=Reading)
-
-    @cached_property
-    def _numbers(self) -> dict[Key, int]:
-        return {key: number for number, key in enumerate(self.table.rows())}
+    reading: Reading
 
     @cached_property
     def named(self) -> pl.DataFrame:
         """The table, the paper's ``column`` that a cell stands for, and ``is_exact_sarsa``."""
         rows = self.table.rows(named=True)
-        exact = PublishedArchitecture("sarsa", "exact", False, self.reading.epsilon_non_memory)
         return self.table.with_columns(
             column=pl.Series([self.reading.column(row) for row in rows], dtype=pl.String),
-            is_exact_sarsa=pl.Series([is_of(exact, row) for row in rows], dtype=pl.Boolean),
+            is_exact_sarsa=pl.Series(
+                [is_of(self.reading.exact_sarsa, row) for row in rows], dtype=pl.Boolean
+            ),
         )
 
     @cached_property
@@ -101,12 +92,15 @@ class Cells:
         return by_size(self.table["scenario"].unique().to_list())
 
     def find(
-        self, preset: str, scenario: str, reward: str, architecture: PublishedArchitecture
+        self, preset: str, scenario: str, reward: str | None, architecture: Architecture
     ) -> int | None:
-        """Return the number of a learning agent's cell, None if it was not run."""
-        a = architecture
-        name = (preset, scenario, reward)
-        return self._numbers.get((*name, *astuple(a)))
+        """Return the number of a cell, None if it was not run."""
+        row = asdict(architecture) | {"preset": preset, "scenario": scenario, "reward": reward}
+        return self.number("cell", tuple(row[name] for name in CELL))
+
+    def of_column(self, preset: str, scenario: str, reward: str, column: str) -> int | None:
+        """Return the number of the cell that a column of the paper's table stands for."""
+        return self.find(preset, scenario, reward, self.reading.architecture(column, preset))
 
     def baseline(self, preset: str, scenario: str, controller: str) -> int | None:
         """Return the number of a baseline's cell, None if it was not run.
@@ -114,7 +108,7 @@ class Cells:
         A baseline does not depend on the preset: if the preset has none, another's stands in.
         """
         for name in (preset, *self.presets):
-            number = self._numbers.get((name, scenario, None, controller, None, False, None, None))
+            number = self.find(name, scenario, None, Architecture(controller))
             if number is not None:
                 return number
         return None
@@ -172,9 +166,10 @@ def arrange(runs: pl.DataFrame, results: Results) -> Cells:
     ranks = [_rank(column, order) for column, order in orders.items()]
     table = runs.select(CELL).unique().sort(*ranks, *CELL, nulls_last=True)
     seeds = sorted(runs["seed"].unique().to_list())
-    panel = panel_of((seeds, runs["seed"].to_list()), (table.rows(), runs.select(CELL).rows()))
-    measures = panel.measures(runs, but=(*CELL, "seed"))
-    return Cells(table, tuple(seeds), measures, reading)
+    axes = {"seed": seeds, "cell": table.rows()}
+    array = on_axes(runs, axes, cell=runs.select(CELL).rows())
+    measures = {name: array(name) for name in numeric(runs, but=(*CELL, "seed"))}
+    return Cells(axes=axes, measures=measures, table=table, reading=reading)
 
 
 def _rank(column: str, order: Sequence[str]) -> pl.Expr:

@@ -9,12 +9,13 @@ from typing import Literal
 import numpy as np
 import polars as pl
 
-from dmil.analysis.verdicts import FEWEST_SEEDS
+from dmil.analysis.claims import Question, difference_text, in_words, undecided
 from dmil.results import Results
 from dmil.studies.paper.cells import Cells, cells_of
-from dmil.studies.paper.comparisons import Evidence, evaluate
+from dmil.studies.paper.comparisons import CellEvidence, evaluate
 from dmil.studies.paper.published import scenario_label
-from dmil.studies.paper.questions import Claim, Question
+from dmil.studies.paper.questions import PaperClaim
+from dmil.studies.paper.selections import Choose
 from dmil.studies.paper.statements import STATEMENTS
 
 Outcome = Literal["holds", "does not hold", "depends", "not shown", "not judged"]
@@ -95,13 +96,13 @@ def claims(results: Results | Cells) -> pl.DataFrame:
 class _Answer:
     """A question with its evidence and what that decides."""
 
-    question: Question
-    evidence: list[Evidence]
+    question: Question[Choose]
+    evidence: list[CellEvidence]
     holds: bool | None
     verdict: str
 
 
-def _judged(cells: Cells, preset: str, statement: Claim) -> tuple[object, ...]:
+def _judged(cells: Cells, preset: str, statement: PaperClaim) -> tuple[object, ...]:
     answers = [_answer(cells, preset, question) for question in statement.questions]
     # A question that needs runs which are not there, or does not arise under a preset, is left out.
     asked = [answer for answer in answers if answer.evidence] or answers[:1]
@@ -109,7 +110,7 @@ def _judged(cells: Cells, preset: str, statement: Claim) -> tuple[object, ...]:
     return (
         preset,
         statement.name,
-        statement.source,
+        statement.kind,
         statement.place,
         statement.sentence,
         statement.note,
@@ -117,12 +118,12 @@ def _judged(cells: Cells, preset: str, statement: Claim) -> tuple[object, ...]:
         holds,
         outcome,
         verdict,
-        "; ".join(_labelled(answer, _in_words(answer.evidence)) for answer in asked),
+        "; ".join(_labelled(answer, in_words(answer.evidence, _phrase)) for answer in asked),
         [_row(answer.question, one) for answer in asked for one in answer.evidence],
     )
 
 
-def _answer(cells: Cells, preset: str, question: Question) -> _Answer:
+def _answer(cells: Cells, preset: str, question: Question[Choose]) -> _Answer:
     comparisons = question.choose(cells, preset)
     evidence = evaluate(cells, comparisons, question.relation, question.threshold)
     judged = verdict_of(evidence, question.quantifier)
@@ -132,7 +133,7 @@ def _answer(cells: Cells, preset: str, question: Question) -> _Answer:
     return _Answer(question, evidence, *judged)
 
 
-def verdict_of(evidence: Sequence[Evidence], quantifier: str) -> tuple[bool | None, str]:
+def verdict_of(evidence: Sequence[CellEvidence], quantifier: str) -> tuple[bool | None, str]:
     """Say whether a question holds, and how a reader should be told (ours).
 
     Parameters
@@ -142,10 +143,8 @@ def verdict_of(evidence: Sequence[Evidence], quantifier: str) -> tuple[bool | No
     quantifier
         "all" or "any" of them have to show it.
     """
-    if not evidence:
-        return None, "not run"
-    if min(one.seeds for one in evidence) < FEWEST_SEEDS:
-        return None, "too few seeds"
+    if reason := undecided(evidence):
+        return None, reason
     total = len(evidence)
     shown = sum(one.outcome == "shown" for one in evidence)
     opposite = sum(one.outcome == "opposite" for one in evidence)
@@ -205,23 +204,12 @@ def _labelled(answer: _Answer, text: str) -> str:
     return f"{answer.question.label}: {text}" if answer.question.label and text else text
 
 
-def _in_words(evidence: Sequence[Evidence]) -> str:
-    """Give all of a few comparisons, the two extremes of many."""
-    if len(evidence) <= 4:
-        return "; ".join(_phrase(one) for one in evidence)
-    ranked = sorted(evidence, key=lambda one: one.value)
-    return f"lowest {_phrase(ranked[0])}; highest {_phrase(ranked[-1])}"
+def _phrase(one: CellEvidence) -> str:
+    number = difference_text(*(100 * each for each in (one.value, one.low, one.high)))
+    return f"{scenario_label(one.comparison.scenario)}, {one.comparison.label}: {number}"
 
 
-def _phrase(one: Evidence) -> str:
-    number = f"{100 * one.value:+.1f} %"
-    if not np.isnan(one.low):
-        number += f" [{100 * one.low:+.1f}, {100 * one.high:+.1f}]"
-    where = scenario_label(one.comparison.scenario)
-    return f"{where}, {one.comparison.label}: {number.replace('-', '−')}"
-
-
-def _row(question: Question, one: Evidence) -> dict[str, object]:
+def _row(question: Question[Choose], one: CellEvidence) -> dict[str, object]:
     return {
         "question": question.label,
         "scenario": one.comparison.scenario,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmil.analysis.verdicts import Outcome, Relation, judge
+from dmil.analysis.claims import Evidence, Relation, judge
 from dmil.seeding import stream
 from dmil.statistics import Estimate, paired_difference, paired_ratio_of_ratios
 from dmil.studies.paper.cells import Cells
@@ -47,29 +47,16 @@ class CellComparison:
         return pair and (self.change_of is None) == (self.change_from is None)
 
 
-@dataclass(frozen=True, slots=True)
-class Evidence:
-    """A comparison with its result; differences are relative, -0.3 is 30 % lower.
-
-    ``alike`` is the part of the seeds in which both have the very same value: where it is near 1
-    the two acted alike, and nothing was put to the test.
-    """
-
-    comparison: CellComparison
-    value: float
-    low: float
-    high: float
-    seeds: int
-    outcome: Outcome
-    alike: float = 0.0
+CellEvidence = Evidence[CellComparison]
+"""Differences are relative, -0.3 is 30 % lower."""
 
 
 def evaluate(
     cells: Cells, comparisons: Iterable[CellComparison], relation: Relation, threshold: float
-) -> list[Evidence]:
+) -> list[CellEvidence]:
     """Estimate all possible comparisons and judge each."""
     possible = [comparison for comparison in comparisons if comparison.possible]
-    evidence: list[Evidence] = []
+    evidence: list[CellEvidence] = []
     for comparison, (value, low, high, seeds) in zip(
         possible, _estimate(cells, possible), strict=True
     ):
@@ -110,12 +97,5 @@ def _estimate(
 
 
 def _rows(estimate: Estimate) -> list[tuple[float, float, float, int]]:
-    return list(
-        zip(
-            estimate.value.tolist(),
-            estimate.low.tolist(),
-            estimate.high.tolist(),
-            estimate.seeds.tolist(),
-            strict=True,
-        )
-    )
+    columns = (estimate.value, estimate.low, estimate.high, estimate.seeds)
+    return list(zip(*(each.tolist() for each in columns), strict=True))

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import polars as pl
 
+from dmil.analysis.estimates import as_column, seed_means
 from dmil.results import Results
-from dmil.seeding import stream
-from dmil.statistics import mean_interval, paired_difference
 from dmil.studies.paper.cells import Cells
 from dmil.studies.paper.selections import WAIT_UNDIVIDED
-from dmil.studies.paper.summaries import as_cells, percent_columns, seed_means, series_of
+from dmil.studies.paper.summaries import as_cells, compared, named_rows
 
 PAPER_RULE = "communication=true"
 """The variant that is the paper's own: long-term memories, every T seconds."""
@@ -44,33 +43,22 @@ def exchange_table(results: Results | Cells) -> pl.DataFrame:
     known = {row[1:]: row[0] for row in rows}
     numbers = [row[0] for row in rows]
     partners = [known.get((*row[1:-1], PAPER_RULE)) for row in rows]
-    table = pl.DataFrame(
-        [row[1:] for row in rows], schema=dict.fromkeys(_KEYS, pl.String()), orient="row"
-    )
+    table = named_rows([row[1:] for row in rows], *_KEYS)
     if not rows:
         return table
-    values = cells.columns(WAIT_UNDIVIDED, numbers)
-    estimate = mean_interval(values, stream(0, "bootstrap", "exchange"))
-    difference = paired_difference(
-        values,
-        cells.columns(WAIT_UNDIVIDED, partners),
-        stream(0, "bootstrap", "exchange"),
-        relative=True,
-    )
-    return table.with_columns(
-        mean=series_of(estimate.value),
-        low=series_of(estimate.low),
-        high=series_of(estimate.high),
-        n=pl.Series(estimate.seeds),
-        **percent_columns("vs_rule", difference),
-        **{
-            name: series_of(seed_means(cells.columns(measure, numbers)))
-            for name, measure in _MEANS.items()
-        },
-    ).sort(
-        "preset",
-        "scenario",
-        "reward",
-        ~pl.col("variant").str.starts_with("communication="),
-        "variant",
+    found = compared(cells, table, numbers, partners, "vs_rule", "exchange", WAIT_UNDIVIDED)
+    means = {
+        name: as_column(seed_means(cells.columns(measure, numbers)))
+        for name, measure in _MEANS.items()
+    }
+    return (
+        found.drop("sd")
+        .with_columns(**means)
+        .sort(
+            "preset",
+            "scenario",
+            "reward",
+            ~pl.col("variant").str.starts_with("communication="),
+            "variant",
+        )
     )

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import chain
 from typing import Any
 
 from dmil.analysis.panel import ordered
 from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.reports.configuration import find_value
-from dmil.reports.figure import Figure, figure, slug
-from dmil.reports.marks import Chart
+from dmil.reports.figure import Drawn, Figure, drawn_figures, slug
 from dmil.results import Results
 from dmil.studies.paper import cell_charts, time_charts
 from dmil.studies.paper.cells import CELL, ENTRIES, Cells
@@ -18,9 +16,6 @@ from dmil.studies.paper.published import PAPER_COLUMNS, intersections_of
 from dmil.studies.paper.summaries import curves
 from dmil.studies.paper.tables import PaperTables
 from dmil.studies.paper.time_charts import MemorySettings
-
-Drawn = tuple[str, str, str, str, Chart | None]
-"""Name, section, scenario, caption and chart of a figure, None if the runs do not allow it."""
 
 
 def gallery(results: Results, tables: PaperTables, preset: str) -> Iterator[Figure]:
@@ -33,16 +28,9 @@ def gallery(results: Results, tables: PaperTables, preset: str) -> Iterator[Figu
     preset
         Preset that figures of one preset show.
     """
-    drawn = chain(
-        _of_study(tables, preset),
-        *(
-            _of_scenario(results, tables, preset, scenario)
-            for scenario in reversed(tables.cells.scenarios)
-        ),
-    )
-    for name, section, scenario, caption, chart in drawn:
-        if chart is not None:
-            yield figure(name, section, scenario, caption, chart)
+    yield from drawn_figures(_of_study(tables, preset))
+    for scenario in reversed(tables.cells.scenarios):
+        yield from drawn_figures(_of_scenario(results, tables, preset, scenario), scenario)
 
 
 def _of_study(tables: PaperTables, preset: str) -> list[Drawn]:
@@ -50,7 +38,6 @@ def _of_study(tables: PaperTables, preset: str) -> list[Drawn]:
         (
             "paper_against_ours",
             "paper",
-            "",
             "Waiting time per vehicle divided by the vehicles arrived at the horizon. Diamonds: "
             "the paper's Table II. Dots: this run, with 95 % intervals. Grey lines: baselines of "
             "this run, which the paper does not have.",
@@ -59,17 +46,15 @@ def _of_study(tables: PaperTables, preset: str) -> list[Drawn]:
         (
             "against_max_pressure",
             "headline",
-            "",
-            "Extra waiting time against max-pressure, with the same demand. Left of the line: "
-            "better than max-pressure.",
+            "Extra waiting time against max-pressure, with the same demand. Left of the "
+            "line: better than max-pressure.",
             cell_charts.against_max_pressure(tables.summary, preset),
         ),
         (
             "sensitivity",
             "sensitivity",
-            "",
-            "The same agents under the presets of this study; the assumptions list what each adds "
-            "to the paper.",
+            "The same agents under the presets of this study; the assumptions list what "
+            "each adds to the paper.",
             cell_charts.preset_sensitivity(tables.sensitivity),
         ),
     ]
@@ -94,46 +79,40 @@ def _of_scenario(
         (
             f"arrivals_by_reward_{end}",
             "arrivals",
-            scenario,
             "Like the paper's Fig. 4, left. Mean over seeds and 95 % interval (band).",
             time_charts.arrivals_by_reward(arrived, scenario),
         ),
         (
             f"arrivals_by_architecture_{end}",
             "arrivals",
-            scenario,
             "Like the paper's Fig. 4, right. Mean over seeds and 95 % interval (band).",
             time_charts.arrivals_by_architecture(arrived, scenario),
         ),
         (
             f"memory_{end}",
             "memory",
-            scenario,
             "What the paper's Fig. 5 draws, m_L: entries of long-term memory, for SARSA of its "
             "table, m_Q, mean of all intersections. Every agent starts with its entries from the "
             "training phase.",
-            time_charts.memory_recorded(recorded, scenario),
+            time_charts.memory(recorded, scenario, "Memory", "mL, or mQ,"),
         ),
         (
             f"memory_growth_{end}",
             "memory",
-            scenario,
             "The same, minus the entries present at the start: the paper compares these slopes.",
-            time_charts.memory_growth(grown, scenario),
+            time_charts.memory(grown, scenario, "Memory growth", "mL, or mQ, added"),
         ),
         (
             f"states_added_{end}",
             "memory",
-            scenario,
             "The same with short-term memory, m_s + m_L (ours), which in a run this short is most "
             "of what dual memory adds. States per agent from start to end: "
             f"{_stored(results, tables.cells, preset, scenario)}.",
-            time_charts.states_added(entries, scenario),
+            time_charts.memory(entries, scenario, "Both memories", "ms + mL, or mQ, added"),
         ),
         (
             f"memory_size_{end}",
             "memory",
-            scenario,
             "The paper's size, 3 m_L + |A| m_s values for dual memory and |A| m_Q for SARSA, added "
             "since the start." + bounded,
             time_charts.memory_size(sizes, scenario, settings),
@@ -141,7 +120,6 @@ def _of_scenario(
         (
             f"architectures_{end}",
             "architectures",
-            scenario,
             "Every learning agent of the study. Grey lines: longest queue first and max-pressure "
             "in the same run.",
             cell_charts.all_architectures(tables.summary, preset, scenario),

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from dmil.studies.paper.published import (
-    COMPLEX,
-    COMPLEX_COMMUNICATION,
-    NO_MEMORY,
-    SIMPLE,
-)
+from dmil.analysis.claims import Question
+from dmil.studies.paper.published import COMPLEX, COMPLEX_COMMUNICATION, NO_MEMORY, SIMPLE
 from dmil.studies.paper.questions import (
-    BY_REWARD,
     NOTICEABLE,
     SAME_WITHIN,
-    Claim,
-    Question,
+    PaperClaim,
+    by_reward,
+    claim,
     percent,
 )
 from dmil.studies.paper.selections import (
@@ -50,14 +46,12 @@ _EXPENSES: tuple[tuple[str, tuple[str, ...], Where], ...] = (
 )
 
 
-MEMORY: tuple[Claim, ...] = (
-    Claim(
+MEMORY: tuple[PaperClaim, ...] = (
+    claim(
         "memory-flatter",
-        "quotation",
-        "§VI-D",
         "Unlike the SARSA Q-tables, which increase each timestep, dual-memory learning agents "
         "exhibit flatter slopes, indicating a slower growth rate.",
-        tuple(
+        *(
             Question(
                 f"{counted} per decision of Simple and Complex is below {rival}'s table",
                 choose(measure),
@@ -70,17 +64,15 @@ MEMORY: tuple[Claim, ...] = (
             )
             for rival, choose in RIVALS
         ),
-        "The paper records m_L. m_s + m_L is ours: it counts short-term memory, too, which never "
-        "holds more than m_s rows however long a run is. In a run this short it may not fill even "
-        "once: then nothing is staged, and m_L stays what it was at the start.",
+        note="The paper records m_L. m_s + m_L is ours: it counts short-term memory, too, which "
+        "never holds more than m_s rows however long a run is. In a run this short it may not "
+        "fill even once: then nothing is staged, and m_L stays what it was at the start.",
     ),
-    Claim(
+    claim(
         "memory-smaller",
-        "quotation",
-        "§VI-D",
         "By abstracting the states with the equivalence classes, the number of memory entries are "
         "greatly reduced",
-        tuple(
+        *(
             Question(
                 f"{counted} per agent of Simple and Complex at the horizon is less than half of "
                 f"{rival}'s table",
@@ -92,122 +84,99 @@ MEMORY: tuple[Claim, ...] = (
             for counted, measure in (("m_L", LONG_ENTRIES), ("m_s + m_L", ENTRIES))
             for rival, choose in RIVALS
         ),
-        "Greatly reduced is read as at least halved. Much of it is decided at the start: dual "
+        note="Greatly reduced is read as at least halved. Much of it is decided at the start: dual "
         "memory imports the best half of the trained table, one action each, SARSA all of it.",
     ),
-    Claim(
+    claim(
         "similar-metrics",
-        "quotation",
-        "§VI-D",
         "the number of memory entries are greatly reduced, while having similar or even better "
         "congestion metrics.",
-        tuple(
-            Question(
-                f"W/V_c of Simple and Complex is less than {_SAME} above exact SARSA {label}",
-                against_exact_sarsa(WAIT, rewards=chosen),
-                "below",
-                SAME_WITHIN,
-                label=label,
-            )
-            for label, chosen in BY_REWARD
+        *by_reward(
+            f"W/V_c of Simple and Complex is less than {_SAME} above exact SARSA",
+            lambda chosen: against_exact_sarsa(WAIT, rewards=chosen),
+            "below",
+            SAME_WITHIN,
         ),
-        f"Similar is read as less than {_SAME} above.",
+        note=f"Similar is read as less than {_SAME} above.",
     ),
-    Claim(
+    claim(
         "split-smaller",
-        "quotation",
-        "§IV-B",
         "The separation into short-term and long-term memories serves the purpose of further "
         "minimizing memory usage.",
-        (
-            Question(
-                "Entries per agent of dual memory are below SARSA on the same classes at equal ε",
-                at_equal_epsilon("dual-memory", "classes", ALL_REWARDS, ENTRIES),
-                "below",
-            ),
+        Question(
+            "Entries per agent of dual memory are below SARSA on the same classes at equal ε",
+            at_equal_epsilon("dual-memory", "classes", ALL_REWARDS, ENTRIES),
+            "below",
         ),
-        "An entry of long-term memory holds one action, one of SARSA's table a Q of every action.",
+        place="§IV-B",
+        note="An entry of long-term memory holds one action, one of SARSA's table a Q of every "
+        "action.",
     ),
-    Claim(
+    claim(
         "communication-smaller",
-        "quotation",
-        "§VI-D",
         "the addition of communication … reduces the memory size further",
-        (
-            Question(
-                f"Entries per agent of Complex + communication are at least {_SLIGHT} below "
-                "Complex",
-                columns((COMPLEX_COMMUNICATION,), COMPLEX, ENTRIES, ALL_REWARDS),
-                "below",
-                -NOTICEABLE,
-                label="per agent",
-            ),
-            Question(
-                "Entries of all agents, what all share counted once, of Complex + communication "
-                f"are at least {_SLIGHT} below Complex",
-                columns((COMPLEX_COMMUNICATION,), COMPLEX, TOTAL_ENTRIES, ALL_REWARDS),
-                "below",
-                -NOTICEABLE,
-                label="counted once",
-            ),
+        Question(
+            f"Entries per agent of Complex + communication are at least {_SLIGHT} below Complex",
+            columns((COMPLEX_COMMUNICATION,), COMPLEX, ENTRIES, ALL_REWARDS),
+            "below",
+            -NOTICEABLE,
+            label="per agent",
         ),
-        "Both follow from the rule: the central unit returns the union of what it was sent, which "
-        "can only add entries to an agent, and makes them the same for all. Counted once is a way "
-        "of storing: the start table, too, is the same for all agents, but each has a copy until "
-        "they communicate.",
+        Question(
+            "Entries of all agents, what all share counted once, of Complex + communication "
+            f"are at least {_SLIGHT} below Complex",
+            columns((COMPLEX_COMMUNICATION,), COMPLEX, TOTAL_ENTRIES, ALL_REWARDS),
+            "below",
+            -NOTICEABLE,
+            label="counted once",
+        ),
+        note="Both follow from the rule: the central unit returns the union of what it was sent, "
+        "which can only add entries to an agent, and makes them the same for all. Counted once is "
+        "a way of storing: the start table, too, is the same for all agents, but each has a copy "
+        "until they communicate.",
     ),
-    Claim(
+    claim(
         "simple-smaller",
-        "quotation",
-        "§VI-D",
         "even the simple equivalence embedding method reduces the memory size further",
-        (
-            Question(
-                "Entries per agent of Simple at the horizon are below exact SARSA",
-                against_exact_sarsa(ENTRIES, (SIMPLE,)),
-                "below",
-                label="against exact SARSA",
-            ),
-            Question(
-                "Entries per agent of Simple at the horizon are below Complex",
-                columns((SIMPLE,), COMPLEX, ENTRIES, ALL_REWARDS),
-                "below",
-                label="against Complex",
-            ),
+        Question(
+            "Entries per agent of Simple at the horizon are below exact SARSA",
+            against_exact_sarsa(ENTRIES, (SIMPLE,)),
+            "below",
+            label="against exact SARSA",
         ),
-        "The sentence does not say further than what.",
+        Question(
+            "Entries per agent of Simple at the horizon are below Complex",
+            columns((SIMPLE,), COMPLEX, ENTRIES, ALL_REWARDS),
+            "below",
+            label="against Complex",
+        ),
+        note="The sentence does not say further than what.",
     ),
-    Claim(
+    claim(
         "tiny-decrease",
-        "quotation",
-        "§VI-D",
         "the addition of communication and even the simple equivalence embedding method reduces "
         "the memory size further with a tiny congestion performance decrease.",
-        (
-            Question(
-                f"W/V_c of Complex + communication is less than {_SAME} above Complex",
-                columns((COMPLEX_COMMUNICATION,), COMPLEX, WAIT, ALL_REWARDS),
-                "below",
-                SAME_WITHIN,
-                label="with communication",
-                needs_difference=True,
-            ),
-            Question(
-                f"W/V_c of Simple is less than {_SAME} above Complex",
-                columns((SIMPLE,), COMPLEX, WAIT, ALL_REWARDS),
-                "below",
-                SAME_WITHIN,
-                label="with Simple for Complex",
-            ),
+        Question(
+            f"W/V_c of Complex + communication is less than {_SAME} above Complex",
+            columns((COMPLEX_COMMUNICATION,), COMPLEX, WAIT, ALL_REWARDS),
+            "below",
+            SAME_WITHIN,
+            label="with communication",
+            needs_difference=True,
         ),
-        f"Tiny is read as less than {_SAME}.",
+        Question(
+            f"W/V_c of Simple is less than {_SAME} above Complex",
+            columns((SIMPLE,), COMPLEX, WAIT, ALL_REWARDS),
+            "below",
+            SAME_WITHIN,
+            label="with Simple for Complex",
+        ),
+        note=f"Tiny is read as less than {_SAME}.",
     ),
-    Claim(
+    claim(
         "little-expense",
-        "quotation",
-        "§VII",
         "memory growth rate is reduced with little expense on the performance.",
-        tuple(
+        *(
             Question(
                 f"W/V_c of Simple and Complex is less than {_SAME} above No Memory, {label}",
                 columns((SIMPLE, COMPLEX), NO_MEMORY, WAIT, chosen, where),
@@ -217,7 +186,8 @@ MEMORY: tuple[Claim, ...] = (
             )
             for label, chosen, where in _EXPENSES
         ),
-        f"Little is read as less than {_SAME}. The paper's own Table II has 14 to 38 % more on "
-        "1×1, and 26 and 53 % more for Complex under default.",
+        place="§VII",
+        note=f"Little is read as less than {_SAME}. The paper's own Table II has 14 to 38 % more "
+        "on 1×1, and 26 and 53 % more for Complex under default.",
     ),
 )

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import polars as pl
 
+from dmil.analysis.estimates import as_column, seed_means
 from dmil.results import Results
 from dmil.studies.paper.cells import Cells
-from dmil.studies.paper.published import (
-    NO_MEMORY,
-    PAPER_COLUMNS,
-    PublishedArchitecture,
-    intersections_of,
-)
-from dmil.studies.paper.summaries import as_cells, seed_means, series_of
+from dmil.studies.paper.published import NO_MEMORY, PAPER_COLUMNS, intersections_of
+from dmil.studies.paper.summaries import as_cells, named_rows
 
 
 def memory_table(results: Results | Cells) -> pl.DataFrame:
@@ -31,11 +27,9 @@ def memory_table(results: Results | Cells) -> pl.DataFrame:
     rows: list[tuple[str, str, str, str]] = []
     numbers: list[int | None] = []
     for preset in cells.presets:
-        agents = {
-            "SARSA exact": PublishedArchitecture(
-                "sarsa", "exact", False, cells.reading.epsilon_non_memory
-            )
-        } | {column: cells.reading.architecture(column, preset) for column in PAPER_COLUMNS}
+        agents = {"SARSA exact": cells.reading.exact_sarsa} | {
+            column: cells.reading.architecture(column, preset) for column in PAPER_COLUMNS
+        }
         # Under most presets "No Memory" is exact SARSA: one row is enough.
         if agents[NO_MEMORY] == agents["SARSA exact"]:
             del agents[NO_MEMORY]
@@ -43,13 +37,8 @@ def memory_table(results: Results | Cells) -> pl.DataFrame:
             for reward in cells.rewards:
                 rows += [(preset, scenario, reward, agent) for agent in agents]
                 numbers += [cells.find(preset, scenario, reward, agents[agent]) for agent in agents]
-    table = pl.DataFrame(
-        rows,
-        schema=dict.fromkeys(("preset", "scenario", "reward", "agent"), pl.String()),
-        orient="row",
-    )
     columns = {
-        name: series_of(seed_means(cells.columns(measure, numbers)))
+        name: as_column(seed_means(cells.columns(measure, numbers)))
         for name, measure in (
             ("first_long", "first_long_entries"),
             ("long", "long_entries"),
@@ -61,7 +50,8 @@ def memory_table(results: Results | Cells) -> pl.DataFrame:
     }
     counts = [intersections_of(row[1]) for row in rows]
     return (
-        table.with_columns(**columns)
+        named_rows(rows, "preset", "scenario", "reward", "agent")
+        .with_columns(**columns)
         .with_columns(
             per_agent_total=pl.col("entries") * pl.Series(counts, dtype=pl.Int64, strict=False)
         )

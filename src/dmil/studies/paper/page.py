@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import markupsafe
 import polars as pl
 
-from dmil.analysis.verdicts import FEWEST_SEEDS
+from dmil.analysis.claims import FEWEST_SEEDS
 from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.errors import unknown_name
 from dmil.reports.configuration import configuration_rows
 from dmil.reports.figure import Figure
-from dmil.reports.files import csv
+from dmil.reports.files import csv, evidence_csv
 from dmil.reports.html import environment, shared_values
 from dmil.reports.labels import architecture_label, signed
 from dmil.results import Results
 from dmil.studies.paper.assumptions import assumptions, changed
 from dmil.studies.paper.cells import BASELINES, PRESET_ORDER, Cells
 from dmil.studies.paper.figures import gallery
-from dmil.studies.paper.files import evidence_csv, paper_table_latex
+from dmil.studies.paper.files import paper_table_latex
 from dmil.studies.paper.published import NO_MEMORY, PAPER_COLUMNS, SOURCE, scenario_label
 from dmil.studies.paper.tables import PaperTables, paper_tables
 from dmil.theory import STATEMENTS
@@ -135,9 +135,18 @@ def _page(results: Results, tables: PaperTables, figures: list[Figure], preset: 
         reproduced=tables.reproduced.rows(named=True),
         reading=cells.reading.complex_embedding,
         reading_names=tables.readings["reading"].unique(maintain_order=True).to_list(),
-        readings=_reading_rows(tables.readings),
+        readings=_grouped(
+            tables.readings,
+            ("preset", "scenario", "reward", "column"),
+            "reading",
+            ("paper_mean", "paper_spread"),
+        )
+        if tables.readings["reading"].n_unique() > 1
+        else [],
         statements=STATEMENTS,
-        sensitivity=_sensitivity_rows(tables.sensitivity, cells.presets),
+        sensitivity=_grouped(tables.sensitivity, ("scenario", "reward", "column"), "preset")
+        if len(cells.presets) > 1
+        else [],
         architectures=_architecture_rows(tables.summary, preset),
         assumptions=assumptions(configuration),
         configuration=configuration_rows(configuration),
@@ -205,16 +214,17 @@ def _counts(table: pl.DataFrame) -> dict[str, dict[str, int]]:
     return counts
 
 
-def _reading_rows(table: pl.DataFrame) -> list[dict[str, Any]]:
-    """One row per preset, grid, reward and column, all readings of the complex classes in it."""
-    if table["reading"].n_unique() < 2:
-        return []
-    rows: dict[tuple[str, ...], dict[str, Any]] = {}
+def _grouped(
+    table: pl.DataFrame, keys: Sequence[str], by: str, also: Sequence[str] = ()
+) -> list[dict[str, Any]]:
+    """One row for each value of the keys, with all of its rows by another column."""
+    rows: dict[tuple[Any, ...], dict[str, Any]] = {}
     for row in table.iter_rows(named=True):
-        key = (row["preset"], row["scenario"], row["reward"], row["column"])
-        paper = {name: row[name] for name in ("paper_mean", "paper_spread")}
-        found = rows.setdefault(key, {"key": key, "readings": {}} | paper)
-        found["readings"][row["reading"]] = row
+        key = tuple(row[name] for name in keys)
+        found = rows.setdefault(
+            key, {"key": key, f"{by}s": {}} | {name: row[name] for name in also}
+        )
+        found[f"{by}s"][row[by]] = row
     return list(rows.values())
 
 
@@ -225,16 +235,6 @@ def _range(evidence: list[dict[str, Any]]) -> str:
         return ""
     number_of = "one comparison" if len(values) == 1 else f"{len(values)} comparisons"
     return f"{number_of}: W/V_c differs by {signed(min(values))} to {signed(max(values))} %"
-
-
-def _sensitivity_rows(table: pl.DataFrame, presets: list[str]) -> list[dict[str, Any]]:
-    if len(presets) < 2:
-        return []
-    rows: dict[tuple[str, ...], dict[str, Any]] = {}
-    for row in table.iter_rows(named=True):
-        key = (row["scenario"], row["reward"], row["column"])
-        rows.setdefault(key, {"key": key, "presets": {}})["presets"][row["preset"]] = row
-    return list(rows.values())
 
 
 def _architecture_rows(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:

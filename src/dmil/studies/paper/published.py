@@ -12,6 +12,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from dmil.studies.paper.plan import Architecture
+
 SOURCE = "arXiv 2407.16034, Table II"
 
 NO_MEMORY = "No Memory"
@@ -33,34 +35,9 @@ EPSILON_NON_MEMORY = 0.6
 EPSILON_MEMORY = 0.4
 
 
-@dataclass(frozen=True, slots=True)
-class PublishedArchitecture:
-    """What a learning agent is made of, apart from its reward.
-
-    Parameters
-    ----------
-    controller
-        "sarsa" or "dual-memory".
-    embedding
-        "exact", "simple", "complex" or "cells".
-    communication
-        Whether a central unit synchronises the memories.
-    epsilon
-        Exploration rate at time 0.
-    variant
-        One more option; None for the paper's own.
-    """
-
-    controller: str
-    embedding: str
-    communication: bool
-    epsilon: float
-    variant: str | None = None
-
-
-def is_of(architecture: PublishedArchitecture, row: Mapping[str, Any]) -> bool:
+def is_of(architecture: Architecture, row: Mapping[str, Any]) -> bool:
     """Tell whether a cell is of an architecture, whatever its reward (ours)."""
-    return asdict(architecture).items() <= row.items()
+    return (asdict(architecture) | {"reward": row["reward"]}).items() <= row.items()
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,14 +62,19 @@ class Reading:
     )
     complex_embedding: str = "complex"
 
-    def architecture(self, column: str, preset: str) -> PublishedArchitecture:
+    @property
+    def exact_sarsa(self) -> Architecture:
+        """SARSA on exact states, as the paper has it."""
+        return Architecture("sarsa", "exact", epsilon=self.epsilon_non_memory)
+
+    def architecture(self, column: str, preset: str) -> Architecture:
         """Return the architecture that a column of Table II stands for under a preset (ours)."""
         if column == NO_MEMORY:
             embedding = self.no_memory_embedding.get(preset, "exact")
-            return PublishedArchitecture("sarsa", embedding, False, self.epsilon_non_memory)
+            return Architecture("sarsa", embedding, epsilon=self.epsilon_non_memory)
         embedding = "simple" if column == SIMPLE else self.complex_embedding
         communication = column == COMPLEX_COMMUNICATION
-        return PublishedArchitecture("dual-memory", embedding, communication, self.epsilon_memory)
+        return Architecture("dual-memory", embedding, communication, None, self.epsilon_memory)
 
     def column(self, row: Mapping[str, Any]) -> str | None:
         """Return which column of Table II a cell stands for under its preset."""

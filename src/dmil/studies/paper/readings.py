@@ -7,17 +7,9 @@ from dataclasses import replace
 import polars as pl
 
 from dmil.results import Results
-from dmil.seeding import stream
-from dmil.statistics import paired_difference
 from dmil.studies.paper.cells import Cells
 from dmil.studies.paper.published import COMPLEX, COMPLEX_COMMUNICATION, COMPLEX_READINGS
-from dmil.studies.paper.summaries import (
-    HEADLINE,
-    as_cells,
-    beside_the_paper,
-    headline_estimates,
-    percent_columns,
-)
+from dmil.studies.paper.summaries import as_cells, beside_the_paper, compared, named_rows
 
 NARROW = 0.05
 """A ± of the paper below this is a measure; some of its cells have .1, within which most lie."""
@@ -45,20 +37,8 @@ def complex_readings(results: Results | Cells) -> pl.DataFrame:
     ]
     numbers = [_complex_cell(cells, *row) for row in rows]
     first = [_complex_cell(cells, *row[:4], cells.reading.complex_embedding) for row in rows]
-    difference = paired_difference(
-        cells.columns(HEADLINE, numbers),
-        cells.columns(HEADLINE, first),
-        stream(0, "bootstrap", "readings"),
-        relative=True,
-    )
-    table = pl.DataFrame(
-        rows,
-        schema=dict.fromkeys(("preset", "scenario", "reward", "column", "reading"), pl.String()),
-        orient="row",
-    )
-    table = pl.concat([table, headline_estimates(cells, numbers, "readings")], how="horizontal")
-    table = table.with_columns(**percent_columns("vs_first_reading", difference))
-    return beside_the_paper(table.filter(pl.col("mean").is_not_null()))
+    table = named_rows(rows, "preset", "scenario", "reward", "column", "reading")
+    return beside_the_paper(compared(cells, table, numbers, first, "vs_first_reading", "readings"))
 
 
 def cells_reproduced(table: pl.DataFrame, readings: pl.DataFrame) -> pl.DataFrame:

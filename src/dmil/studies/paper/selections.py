@@ -8,12 +8,13 @@ from typing import Literal
 
 from dmil.studies.paper.cells import LEARNERS, Cells
 from dmil.studies.paper.comparisons import CellComparison
+from dmil.studies.paper.plan import Architecture
 from dmil.studies.paper.published import (
     COMPLEX,
     NO_MEMORY,
     PAPER_COLUMNS,
     SIMPLE,
-    PublishedArchitecture,
+    Reading,
     intersections_of,
 )
 
@@ -40,6 +41,23 @@ def grids(cells: Cells, which: Where) -> list[str]:
     return [name for name in several if which == "any" or several[name] == (which == "several")]
 
 
+def _compared(
+    measure: str,
+    where: Where,
+    rewards: tuple[str, ...],
+    pairs: Callable[[Reading, str], list[tuple[str, Architecture, Architecture]]],
+) -> Choose:
+    """Compare agents with others at the same reward; each pair has a label."""
+
+    def choose(cells: Cells, preset: str) -> Iterator[CellComparison]:
+        found = pairs(cells.reading, preset)
+        for scenario, reward, (label, *both) in product(grids(cells, where), rewards, found):
+            numbers = [cells.find(preset, scenario, reward, each) for each in both]
+            yield CellComparison(f"{reward}: {label}", scenario, measure, *numbers)
+
+    return choose
+
+
 def columns(
     first: tuple[str, ...],
     second: str,
@@ -48,18 +66,19 @@ def columns(
     where: Where = "several",
 ) -> Choose:
     """Compare columns of the paper's table with another column at the same reward."""
-
-    def choose(cells: Cells, preset: str) -> Iterator[CellComparison]:
-        for scenario, reward, column in product(grids(cells, where), rewards, first):
-            yield CellComparison(
-                f"{reward}: {column} against {second}",
-                scenario,
-                measure,
-                cells.find(preset, scenario, reward, cells.reading.architecture(column, preset)),
-                cells.find(preset, scenario, reward, cells.reading.architecture(second, preset)),
+    return _compared(
+        measure,
+        where,
+        rewards,
+        lambda reading, preset: [
+            (
+                f"{column} against {second}",
+                reading.architecture(column, preset),
+                reading.architecture(second, preset),
             )
-
-    return choose
+            for column in first
+        ],
+    )
 
 
 def rewards(
@@ -72,14 +91,9 @@ def rewards(
 
     def choose(cells: Cells, preset: str) -> Iterator[CellComparison]:
         for scenario, column, reward in product(grids(cells, where), PAPER_COLUMNS, first):
-            architecture = cells.reading.architecture(column, preset)
-            yield CellComparison(
-                f"{column}: {reward} against {second}",
-                scenario,
-                measure,
-                cells.find(preset, scenario, reward, architecture),
-                cells.find(preset, scenario, second, architecture),
-            )
+            label = f"{column}: {reward} against {second}"
+            both = [cells.of_column(preset, scenario, each, column) for each in (reward, second)]
+            yield CellComparison(label, scenario, measure, *both)
 
     return choose
 
@@ -89,7 +103,7 @@ def complex_against_others(cells: Cells, preset: str) -> Iterator[CellComparison
     several = grids(cells, "several")
     for scenario, reward, other in product(several, PHYSICAL, (NO_MEMORY, SIMPLE)):
         pairs = [
-            cells.find(preset, scenario, name, cells.reading.architecture(column, preset))
+            cells.of_column(preset, scenario, name, column)
             for column in (COMPLEX, other)
             for name in (reward, "default")
         ]
@@ -128,20 +142,19 @@ def against_exact_sarsa(
     rewards: tuple[str, ...] = ALL_REWARDS,
 ) -> Choose:
     """Compare columns of the paper's table with SARSA on exact states at its ε."""
-
-    def choose(cells: Cells, preset: str) -> Iterator[CellComparison]:
-        table = PublishedArchitecture("sarsa", "exact", False, cells.reading.epsilon_non_memory)
-        several = grids(cells, "several")
-        for scenario, reward, column in product(several, rewards, first):
-            yield CellComparison(
-                f"{reward}: {column} against exact SARSA",
-                scenario,
-                measure,
-                cells.find(preset, scenario, reward, cells.reading.architecture(column, preset)),
-                cells.find(preset, scenario, reward, table),
+    return _compared(
+        measure,
+        "several",
+        rewards,
+        lambda reading, preset: [
+            (
+                f"{column} against exact SARSA",
+                reading.architecture(column, preset),
+                reading.exact_sarsa,
             )
-
-    return choose
+            for column in first
+        ],
+    )
 
 
 def at_equal_epsilon(
@@ -149,28 +162,17 @@ def at_equal_epsilon(
 ) -> Choose:
     """Compare a controller on the classes with SARSA on "exact" or on the same classes."""
 
-    def choose(cells: Cells, preset: str) -> Iterator[CellComparison]:
-        several = grids(cells, "several")
-        classes = ("simple", cells.reading.complex_embedding)
-        for scenario, reward, embedding in product(several, rewards, classes):
+    def pairs(reading: Reading, _: str) -> list[tuple[str, Architecture, Architecture]]:
+        epsilon, found = reading.epsilon_memory, []
+        for embedding in ("simple", reading.complex_embedding):
             other = "exact" if second == "exact" else embedding
-            epsilon = cells.reading.epsilon_memory
-            yield CellComparison(
-                f"{reward}: {first} {embedding} against sarsa {other}, ε = {epsilon}",
-                scenario,
-                measure,
-                cells.find(
-                    preset,
-                    scenario,
-                    reward,
-                    PublishedArchitecture(first, embedding, False, epsilon),
-                ),
-                cells.find(
-                    preset, scenario, reward, PublishedArchitecture("sarsa", other, False, epsilon)
-                ),
-            )
+            label = f"{first} {embedding} against sarsa {other}, ε = {epsilon}"
+            both = ((first, embedding), ("sarsa", other))
+            one, another = (Architecture(*each, epsilon=epsilon) for each in both)
+            found.append((label, one, another))
+        return found
 
-    return choose
+    return _compared(measure, "several", rewards, pairs)
 
 
 def learners_against_baselines(cells: Cells, preset: str) -> Iterator[CellComparison]:

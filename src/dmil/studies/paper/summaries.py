@@ -7,10 +7,17 @@ from collections.abc import Sequence
 import numpy as np
 import polars as pl
 
+from dmil.analysis.estimates import (
+    CURVE_RESAMPLES,
+    as_column,
+    interval_columns,
+    percent_columns,
+    seed_means,
+)
 from dmil.analysis.panel import ordered
 from dmil.results import Results
 from dmil.seeding import stream
-from dmil.statistics import Estimate, mean_interval, paired_difference, standard_deviation
+from dmil.statistics import mean_interval, paired_difference, standard_deviation
 from dmil.studies.paper.cells import (
     BASELINES,
     CELL,
@@ -41,14 +48,11 @@ def summary(results: Results | Cells) -> pl.DataFrame:
     W/V_c to max-pressure and to longest-queue-first in % with its interval (below 0: waits less).
     """
     cells = as_cells(results)
-    headline = cells.measures[HEADLINE]
-    estimate = mean_interval(headline, stream(0, "bootstrap", "summary"))
-    columns: dict[str, pl.Series] = {
-        "n": pl.Series(estimate.seeds),
-        "w_over_vc_mean": series_of(estimate.value),
-        "w_over_vc_sd": series_of(standard_deviation(headline)),
-        "w_over_vc_low": series_of(estimate.low),
-        "w_over_vc_high": series_of(estimate.high),
+    rows = list(cells.table.iter_rows(named=True))
+    numbers = list(range(len(rows)))
+    found = estimates(cells, numbers, "summary")
+    columns = {"n": found["n"]} | {
+        f"w_over_vc_{name}": found[name] for name in ("mean", "sd", "low", "high")
     }
     for name, measure in (
         ("vc_mean", "arrived_veh"),
@@ -60,22 +64,13 @@ def summary(results: Results | Cells) -> pl.DataFrame:
         ("msize_mean", "msize_per_agent"),
         ("bytes_mean", "bytes_total"),
     ):
-        columns[name] = series_of(seed_means(cells.measures[measure]))
+        columns[name] = as_column(seed_means(cells.measures[measure]))
     for name, baseline in (
         ("vs_max_pressure", "max-pressure"),
         ("vs_longest_queue", "longest-queue-first"),
     ):
-        partners = [
-            cells.baseline(row["preset"], row["scenario"], baseline)
-            for row in cells.table.iter_rows(named=True)
-        ]
-        difference = paired_difference(
-            headline,
-            cells.columns(HEADLINE, partners),
-            stream(0, "bootstrap", "summary", baseline),
-            relative=True,
-        )
-        columns |= percent_columns(name, difference)
+        partners = [cells.baseline(row["preset"], row["scenario"], baseline) for row in rows]
+        columns |= differences(cells, numbers, partners, name, "summary", baseline)
     return cells.named.with_columns(**columns).filter(pl.col("variant").is_null())
 
 
@@ -97,23 +92,13 @@ def paper_table(results: Results | Cells) -> pl.DataFrame:
         for scenario in cells.scenarios:
             for reward in rewards:
                 for column in PAPER_COLUMNS:
-                    architecture = cells.reading.architecture(column, preset)
-                    number = cells.find(preset, scenario, reward, architecture)
+                    number = cells.of_column(preset, scenario, reward, column)
                     rows.append((preset, scenario, reward, column, number))
             for baseline in BASELINES:
                 number = cells.baseline(preset, scenario, baseline)
                 rows.append((preset, scenario, None, baseline, number))
-    table = pl.DataFrame(
-        [row[:4] for row in rows],
-        schema={
-            "preset": pl.String,
-            "scenario": pl.String,
-            "reward": pl.String,
-            "column": pl.String,
-        },
-        orient="row",
-    )
-    ours = headline_estimates(cells, [row[4] for row in rows], "paper-table")
+    table = named_rows([row[:4] for row in rows], "preset", "scenario", "reward", "column")
+    ours = estimates(cells, [row[4] for row in rows], "paper-table")
     joined = beside_the_paper(pl.concat([table, ours], how="horizontal"))
     return joined.filter(pl.col("mean").is_not_null() | pl.col("paper_mean").is_not_null())
 
@@ -134,22 +119,10 @@ def sensitivity(results: Results | Cells) -> pl.DataFrame:
         for column in PAPER_COLUMNS
         for preset in cells.presets
     ]
-    numbers = [cells.find(p, s, r, cells.reading.architecture(c, p)) for s, r, c, p in rows]
-    first = [
-        cells.find(cells.presets[0], s, r, cells.reading.architecture(c, cells.presets[0]))
-        for s, r, c, _ in rows
-    ]
-    difference = paired_difference(
-        cells.columns(HEADLINE, numbers),
-        cells.columns(HEADLINE, first),
-        stream(0, "bootstrap", "sensitivity"),
-        relative=True,
-    )
-    table = pl.DataFrame(rows, schema=["scenario", "reward", "column", "preset"], orient="row")
-    table = pl.concat([table, headline_estimates(cells, numbers, "sensitivity")], how="horizontal")
-    return table.with_columns(**percent_columns("vs_first_preset", difference)).filter(
-        pl.col("mean").is_not_null()
-    )
+    numbers = [cells.of_column(preset, *row) for *row, preset in rows]
+    first = [cells.of_column(cells.presets[0], *row) for *row, _ in rows]
+    table = named_rows(rows, "scenario", "reward", "column", "preset")
+    return compared(cells, table, numbers, first, "vs_first_preset", "sensitivity")
 
 
 def curves(
@@ -199,13 +172,11 @@ def curves(
     cells = arrange(wide, results)
     times = sorted(int(name) for name in cells.measures)
     values = np.hstack([cells.measures[str(time)] for time in times])
-    estimate = mean_interval(values, stream(0, "bootstrap", "curves"), resamples=500)
+    estimate = mean_interval(values, stream(0, "bootstrap", "curves"), resamples=CURVE_RESAMPLES)
     count = cells.table.height
     return pl.concat([cells.named] * len(times)).with_columns(
         time_s=pl.Series(np.repeat(times, count)),
-        mean=series_of(estimate.value),
-        low=series_of(estimate.low),
-        high=series_of(estimate.high),
+        **interval_columns(estimate),
     )
 
 
@@ -233,40 +204,50 @@ def as_cells(results: Results | Cells) -> Cells:
     return results if isinstance(results, Cells) else cells_of(results)
 
 
-def headline_estimates(cells: Cells, numbers: Sequence[int | None], name: str) -> pl.DataFrame:
-    """Return mean, sd, interval and number of seeds of W/V_c of cells, nulls for None (ours)."""
-    values = cells.columns(HEADLINE, numbers)
-    estimate = mean_interval(values, stream(0, "bootstrap", name))
-    return pl.DataFrame(
-        {
-            "mean": series_of(estimate.value),
-            "sd": series_of(standard_deviation(values)),
-            "low": series_of(estimate.low),
-            "high": series_of(estimate.high),
-            "n": pl.Series(estimate.seeds),
-        }
-    )
+def named_rows(rows: Sequence[tuple[str | None, ...]], *names: str) -> pl.DataFrame:
+    """Return a table of words (ours)."""
+    return pl.DataFrame(rows, schema=dict.fromkeys(names, pl.String()), orient="row")
 
 
-def percent_columns(name: str, estimate: Estimate) -> dict[str, pl.Series]:
-    """Return an estimate of a relative difference in %, with its interval (ours)."""
-    return {
-        f"{name}_pct": series_of(100 * estimate.value),
-        f"{name}_low_pct": series_of(100 * estimate.low),
-        f"{name}_high_pct": series_of(100 * estimate.high),
-    }
+def estimates(
+    cells: Cells, numbers: Sequence[int | None], name: str, measure: str = HEADLINE
+) -> pl.DataFrame:
+    """Return mean, sd, interval and number of seeds of cells, nulls for None (ours)."""
+    values = cells.columns(measure, numbers)
+    found = mean_interval(values, stream(0, "bootstrap", name))
+    table = pl.DataFrame(interval_columns(found) | {"n": found.seeds})
+    table = table.with_columns(sd=as_column(standard_deviation(values)))
+    return table.select("mean", "sd", "low", "high", "n")
 
 
-def seed_means(values: np.ndarray) -> np.ndarray:
-    """Return means over seeds, runs that are missing left out (ours)."""
-    present = ~np.isnan(values)
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.where(present, values, 0.0).sum(axis=0) / present.sum(axis=0))
+def differences(
+    cells: Cells,
+    numbers: Sequence[int | None],
+    others: Sequence[int | None],
+    name: str,
+    *streams: str,
+    measure: str = HEADLINE,
+) -> dict[str, pl.Series]:
+    """Return the paired relative differences of cells to others in %, nulls for None (ours)."""
+    first, second = (cells.columns(measure, each) for each in (numbers, others))
+    rng = stream(0, "bootstrap", *streams)
+    return percent_columns(name, paired_difference(first, second, rng, relative=True))
 
 
-def series_of(values: np.ndarray) -> pl.Series:
-    """Return numbers as a column, nulls for NaN (ours)."""
-    return pl.Series(values).fill_nan(None)
+def compared(
+    cells: Cells,
+    table: pl.DataFrame,
+    numbers: Sequence[int | None],
+    others: Sequence[int | None],
+    name: str,
+    stream_name: str,
+    measure: str = HEADLINE,
+) -> pl.DataFrame:
+    """Add `estimates` of cells and their `differences` to others; cells not run are left out."""
+    found = estimates(cells, numbers, stream_name, measure)
+    against = differences(cells, numbers, others, name, stream_name, measure=measure)
+    joined = pl.concat([table, found], how="horizontal").with_columns(**against)
+    return joined.filter(pl.col("mean").is_not_null())
 
 
 def _quoted(text: str) -> str:

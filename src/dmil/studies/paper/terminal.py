@@ -9,6 +9,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
+from dmil.analysis.panel import rows_by
 from dmil.studies.paper.cells import BASELINES
 from dmil.studies.paper.published import PAPER_COLUMNS, scenario_label
 from dmil.studies.paper.tables import PaperTables, paper_tables
@@ -45,19 +46,11 @@ def as_json(tables: PaperTables) -> dict[str, Any]:
 
 
 def headline_table(tables: PaperTables, preset: str) -> Table:
-    """Return W/V_c of the largest grid: rewards by columns of the paper, and the baselines.
-
-    Parameters
-    ----------
-    tables
-        The study.
-    preset
-        Preset to show.
-    """
+    """Return W/V_c of the largest grid: rewards by columns of the paper, and the baselines."""
     cells = tables.cells
     scenario = cells.scenarios[-1]
     rows = tables.paper.filter((pl.col("preset") == preset) & (pl.col("scenario") == scenario))
-    entries = {(row["reward"], row["column"]): row for row in rows.iter_rows(named=True)}
+    entries = rows_by(rows, "reward", "column")
     seeds = f"{len(cells.seeds)} seeds" if len(cells.seeds) > 1 else "1 seed"
     table = Table(
         title=f"W/V_c in s per vehicle, {scenario_label(scenario)}, preset {preset}, {seeds}",
@@ -92,15 +85,7 @@ def _entry(row: dict[str, Any] | None) -> Text:
 
 
 def claim_lines(judged: pl.DataFrame, preset: str) -> list[Text]:
-    """Return one line per claim: how it ends, the claim, the verdict where it says more.
-
-    Parameters
-    ----------
-    judged
-        Claims with verdicts.
-    preset
-        Preset to show.
-    """
+    """Return one line per claim: how it ends, the claim, the verdict where it says more."""
     rows = judged.filter(pl.col("preset") == preset)
     width = max((len(outcome) for outcome in rows["outcome"]), default=0)
     lines = [Text(f"Claims, preset {preset}", style="bold")]

@@ -62,24 +62,8 @@ def arrivals_by_architecture(curves: pl.DataFrame, scenario: str) -> Chart | Non
     )
 
 
-def memory_recorded(curves: pl.DataFrame, scenario: str) -> Chart | None:
-    """Draw m_L, for SARSA m_Q, exact SARSA among them (the paper's Fig. 5)."""
-    return _memory(curves, "mL, or mQ, per agent", f"Memory, {scenario_label(scenario)}")
-
-
-def memory_growth(curves: pl.DataFrame, scenario: str) -> Chart | None:
-    """Draw by how much m_L, for SARSA m_Q, has grown since the start (slopes of Fig. 5)."""
-    title = f"Memory growth, {scenario_label(scenario)}"
-    return _memory(curves, "mL, or mQ, added per agent", title)
-
-
-def states_added(curves: pl.DataFrame, scenario: str) -> Chart | None:
-    """Draw the states added since the start in both memories, exact SARSA among them."""
-    title = f"Both memories, {scenario_label(scenario)}"
-    return _memory(curves, "ms + mL, or mQ, added per agent", title)
-
-
-def _memory(curves: pl.DataFrame, axis: str, title: str) -> Chart | None:
+def memory(curves: pl.DataFrame, scenario: str, what: str, counted: str) -> Chart | None:
+    """Draw what agents store, exact SARSA among them (like the paper's Fig. 5)."""
     chosen, reward = memory_lines(curves)
     if chosen.is_empty():
         return None
@@ -88,8 +72,8 @@ def _memory(curves: pl.DataFrame, axis: str, title: str) -> Chart | None:
         ["SARSA exact", *PAPER_COLUMNS],
         COLOURS | {"No Memory": COLOURS["SARSA simple"]},
         _DASHES,
-        axis,
-        heading(title, f"{reward} reward, mean of agents"),
+        f"{counted} per agent",
+        heading(f"{what}, {scenario_label(scenario)}", f"{reward} reward, mean of agents"),
     )
 
 

@@ -9,9 +9,10 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
+from dmil.analysis.panel import Values
 from dmil.seeding import stream
 from dmil.statistics import interval_levels, mean_interval
-from dmil.studies.resco.contenders import JUDGES, QUEUES, Judged, Values
+from dmil.studies.resco.contenders import JUDGES, QUEUES, Judged
 
 METRICS = ("delay_s", "travel_time_s")
 RESAMPLES = 2_000
@@ -86,7 +87,7 @@ def _of_simulator(
     runs: Judged, metric: str, simulator: str, earlier: dict[str | None, Values]
 ) -> list[dict[str, Any]]:
     """Return the rows of one simulator; ``earlier`` keeps every network's τ before calibration."""
-    ours, theirs = runs.of(metric, simulator), runs.of(metric, runs.judge)
+    ours, theirs = (runs.of(metric, simulator=each) for each in (simulator, runs.judge))
     every: list[dict[str, Any]] = []
     fewest = len(runs.seeds)
     for number, scenario in enumerate(runs.scenarios):

@@ -6,12 +6,13 @@ Every function takes aggregated tables and returns a chart, or None without the 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import altair as alt
 import polars as pl
 
 from dmil.reports.labels import contender_label, network_label, simulator_label
-from dmil.reports.marks import Chart, dots, heading, values
+from dmil.reports.marks import Chart, coloured, dots, heading, log_axis, log_field, values
 from dmil.reports.styles import colours_by_label
 from dmil.reports.theme import FAINT, INK, SIMULATOR_COLOURS, colours
 from dmil.studies.resco.agreement import AFTER, BEFORE
@@ -27,32 +28,6 @@ _SHAPES = {
     "max-pressure": "triangle-down",
     "random": "cross",
 }
-_MANTISSA = "datum.value / pow(10, floor(log(datum.value) / LN10 + 1e-9))"
-_LABELLED = f"indexof([1, 2, 3, 5, 7], round(100 * {_MANTISSA}) / 100) >= 0"
-#: Label only 1, 2, 3, 5 and 7 times a power of ten on a logarithmic axis.
-LOG_LABELS = f"{_LABELLED} ? format(datum.value, '~g') : ''"
-
-
-def log_scale() -> alt.Scale:
-    """Return a logarithmic scale that begins and ends where its data does (ours)."""
-    return alt.Scale(type="log", nice=False, padding=8)
-
-
-def log_axis() -> alt.Axis:
-    """Return the axis of a logarithmic scale, with few labels (ours)."""
-    return alt.Axis(
-        labelExpr=LOG_LABELS, labelOverlap="greedy", labelSeparation=5, grid=True, ticks=False
-    )
-
-
-def log_x(field: str, title: str) -> alt.X:
-    """Return a logarithmic horizontal axis (ours)."""
-    return alt.X(field, title=title, scale=log_scale(), axis=log_axis())
-
-
-def log_y(field: str, title: str) -> alt.Y:
-    """Return a logarithmic vertical axis (ours)."""
-    return alt.Y(field, title=title, scale=log_scale(), axis=log_axis())
 
 
 def labelled(table: pl.DataFrame) -> pl.DataFrame:
@@ -77,11 +52,7 @@ def contender_marks(names: Sequence[str]) -> tuple[alt.Color, alt.Shape]:
     shapes = ["diamond" if SUFFIX in name else _SHAPES.get(name, "circle") for name in order]
     legend = alt.Legend(title=None, orient="right", symbolStrokeWidth=1.7)
     return (
-        alt.Color(
-            "label:N",
-            scale=alt.Scale(domain=order, range=contender_colours(order)),
-            legend=legend,
-        ),
+        coloured("label", order, contender_colours(order), legend),
         alt.Shape("label:N", scale=alt.Scale(domain=order, range=shapes), legend=legend),
     )
 
@@ -101,15 +72,8 @@ def delays(headline: pl.DataFrame, simulator: str) -> Chart | None:
     names = kept["label"].unique(maintain_order=True).to_list()
     networks = kept["network"].unique(maintain_order=True).to_list()
     y = alt.Y("label:N", title=None, sort=names, axis=alt.Axis(grid=True, labelLimit=200))
-    colour = alt.Color(
-        "label:N",
-        scale=alt.Scale(domain=names, range=contender_colours(names)),
-        legend=None,
-    )
-    layers = [
-        layer.encode(x=log_x("low:Q" if number == 0 else "mean:Q", DELAY))
-        for number, layer in enumerate(dots(y, colour, DELAY, format=".1f"))
-    ]
+    colour = coloured("label", names, contender_colours(names))
+    layers = dots(y, colour, format=".1f", x=partial(log_field, alt.X, title=DELAY))
     published = (
         alt.Chart()
         .transform_filter("isValid(datum.published_s)")
@@ -205,11 +169,8 @@ def rank_agreement(agreement: pl.DataFrame, goal: float) -> Chart | None:
     networks = data["network"].unique(maintain_order=True).to_list()
     order = [n for n in ("queue", "queue, calibrated") if n in data["name"]]
     y = alt.Y("network:N", title=None, sort=networks, axis=alt.Axis(grid=True))
-    colour = alt.Color(
-        "name:N",
-        scale=alt.Scale(domain=order, range=colours(order, SIMULATOR_COLOURS)),
-        legend=alt.Legend(title=None, orient="bottom"),
-    )
+    legend = alt.Legend(title=None, orient="bottom")
+    colour = coloured("name", order, SIMULATOR_COLOURS, legend)
     layers = dots(y, colour, "Kendall's τ", alt.YOffset("name:N", sort=order), ".2f")
     rule = alt.Chart().mark_rule(color=FAINT, strokeDash=[4, 3]).encode(x=alt.datum(goal))
     chart: Chart = (
@@ -246,8 +207,8 @@ def memory_and_delay(scores: pl.DataFrame, judge: str, reference: pl.DataFrame) 
     colour, shape = contender_marks(data["label"].unique(maintain_order=True).to_list())
     one = alt.Chart().mark_rule(color=FAINT, strokeDash=[4, 3]).encode(y=alt.datum(1))
     points = hollow(alt.Chart()).encode(
-        x=log_x("kib:Q", "memory of all agents (KiB)"),
-        y=log_y("ratio:Q", "delay / max-pressure's"),
+        x=log_field(alt.X, "kib:Q", "memory of all agents (KiB)"),
+        y=log_field(alt.Y, "ratio:Q", "delay / max-pressure's"),
         color=colour,
         shape=shape,
         tooltip=["label:N", "network:N", "kib:Q", "ratio:Q", "delay:Q"],

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import numpy as np
 import polars as pl
-from numpy.typing import NDArray
 
-from dmil.analysis.panel import EMBEDDING_ORDER, check_distinct, check_success, ordered, panel_of
+from dmil.analysis.panel import (
+    EMBEDDING_ORDER,
+    RunPanel,
+    check_distinct,
+    check_success,
+    numeric,
+    on_axes,
+    ordered,
+)
 from dmil.results import Results
 from dmil.studies.resco.plan import BASELINES, LEARNERS
-
-Values = NDArray[np.float64]
 
 #: Columns that tell contenders apart.
 CONTENDER: tuple[str, ...] = ("controller", "embedding", "communication", "reward", "epsilon")
@@ -51,7 +56,7 @@ class RescoContender:
         return self.reward is not None
 
 
-def contender_names(contenders: list[RescoContender]) -> list[str]:
+def contender_names(contenders: Sequence[RescoContender]) -> list[str]:
     """Return a short name for each, with reward and ε only where they differ (ours)."""
     rewards = {each.reward for each in contenders if each.learns}
     epsilons = {each.epsilon for each in contenders if each.learns}
@@ -68,46 +73,45 @@ def contender_names(contenders: list[RescoContender]) -> list[str]:
     return names
 
 
-@dataclass(frozen=True)
-class Judged:
-    """Measures of all successful runs.
+@dataclass(frozen=True, kw_only=True)
+class Judged(RunPanel):
+    """All successful runs; the axes are ``simulator``, ``scenario``, ``contender`` and ``seed``.
 
     Attributes
     ----------
-    contenders: tuple of RescoContender
     names: tuple of str
-        Their names.
-    scenarios, simulators: tuple of str
-    seeds: tuple of int
+        Names of the contenders.
     trained_in: str or None
         Simulator that the learners were trained in.
-    measures: dict
-        Numeric column of ``runs`` to (simulators, scenarios, contenders, seeds); NaN where there is
-        no run.
     """
 
-    contenders: tuple[RescoContender, ...]
     names: tuple[str, ...]
-    scenarios: tuple[str, ...]
-    simulators: tuple[str, ...]
-    seeds: tuple[int, ...]
     trained_in: str | None
-    measures: dict[str, Values]
+
+    @property
+    def contenders(self) -> Sequence[RescoContender]:
+        """Who was judged."""
+        return self.axes["contender"]
+
+    @property
+    def scenarios(self) -> Sequence[str]:
+        """Networks, real towns first."""
+        return self.axes["scenario"]
+
+    @property
+    def simulators(self) -> Sequence[str]:
+        """Simulators, the judge first."""
+        return self.axes["simulator"]
 
     @property
     def judge(self) -> str:
         """The simulator that controllers are judged in: SUMO where it ran."""
         return self.simulators[0]
 
-    def of(self, measure: str, simulator: str) -> Values:
-        """Return a measure in one simulator, (scenarios, contenders, seeds)."""
-        values: Values = self.measures[measure][self.simulators.index(simulator)]
-        return values
-
-    def number(self, controller: str) -> int | None:
-        """Return the number of a contender that does not learn, None if it was not run."""
-        name = RescoContender(controller)
-        return self.contenders.index(name) if name in self.contenders else None
+    @property
+    def reference(self) -> int | None:
+        """The number of max-pressure, None if it was not run."""
+        return self.number("contender", RescoContender(REFERENCE))
 
     @property
     def keys(self) -> pl.DataFrame:
@@ -136,29 +140,19 @@ def judged(results: Results) -> Judged:
         shared="controller, network, simulator and seed",
         mend="analyse different horizons or trainings in folders of their own",
     )
-    rows = runs.select(CONTENDER).unique().iter_rows(named=True)
-    contenders = sorted((RescoContender(**row) for row in rows), key=_rank)
-    scenarios = sorted(runs["scenario"].unique().to_list(), key=_scenario_rank)
-    simulators = ordered(runs["simulator"].unique().to_list(), SIMULATOR_ORDER)
-    seeds = sorted(runs["seed"].unique().to_list())
-    trained_in = runs["trained_in"].drop_nulls().unique().sort()
-    panel = panel_of(
-        (simulators, runs["simulator"].to_list()),
-        (scenarios, runs["scenario"].to_list()),
-        (
-            contenders,
-            [RescoContender(**row) for row in runs.select(CONTENDER).iter_rows(named=True)],
-        ),
-        (seeds, runs["seed"].to_list()),
-    )
+    who = [RescoContender(*row) for row in runs.select(CONTENDER).rows()]
+    axes = {
+        "simulator": ordered(runs["simulator"].unique().to_list(), SIMULATOR_ORDER),
+        "scenario": sorted(runs["scenario"].unique(), key=_scenario_rank),
+        "contender": sorted(set(who), key=_rank),
+        "seed": sorted(runs["seed"].unique()),
+    }
+    array = on_axes(runs, axes, contender=who)
     return Judged(
-        contenders=tuple(contenders),
-        names=tuple(contender_names(contenders)),
-        scenarios=tuple(scenarios),
-        simulators=tuple(simulators),
-        seeds=tuple(seeds),
-        trained_in=", ".join(trained_in) or None,
-        measures=panel.measures(runs, but=(*CONTENDER, "seed")),
+        axes=axes,
+        measures={name: array(name) for name in numeric(runs, but=(*CONTENDER, "seed"))},
+        names=tuple(contender_names(axes["contender"])),
+        trained_in=", ".join(runs["trained_in"].drop_nulls().unique().sort()) or None,
     )
 
 

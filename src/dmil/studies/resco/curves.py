@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
 import polars as pl
 
+from dmil.analysis.estimates import interval_columns, learning_curve
 from dmil.results import Results
 from dmil.seeding import stream
 from dmil.statistics import mean_interval
 from dmil.studies.resco.contenders import CONTENDER, Judged, RescoContender
 from dmil.studies.resco.published import LAST_EPISODES
-from dmil.studies.resco.scores import interval_columns
 
 BIN_S = 60
 """Seconds that one point of a queue's course averages."""
@@ -103,22 +102,17 @@ def queue_courses(results: Results, runs: Judged, scenario: str) -> pl.DataFrame
         f"""
         select {keys}, seed, time_s // {BIN_S} as minute, avg(queue_veh) as queue_veh from series
         where scenario = '{name}' and simulator = '{runs.judge}' group by all
-        order by seed, minute
         """
     )
     frames = []
     for contender, label in zip(runs.contenders, runs.names, strict=True):
         own = rows.filter(_is(contender))
         if own.height:
-            wide = own.pivot(on="minute", index="seed", values="queue_veh").drop("seed")
-            minutes = np.array([int(column) for column in wide.columns])
-            found = mean_interval(
-                wide.select(pl.all().cast(pl.Float64).fill_null(np.nan)).to_numpy(),
-                stream(0, "bootstrap", "queues"),
-                resamples=500,
-            )
-            frame = pl.DataFrame({"contender": label, "time_s": (minutes + 0.5) * BIN_S})
-            frames.append(frame.with_columns(**interval_columns(found)).sort("time_s"))
+            rng = stream(0, "bootstrap", "queues")
+            minutes, _, found = learning_curve(own, "minute", "queue_veh", rng)
+            times = [(minute + 0.5) * BIN_S for minute in minutes]
+            frame = {"contender": label, "time_s": times} | interval_columns(found)
+            frames.append(pl.DataFrame(frame))
     return pl.concat(frames) if frames else pl.DataFrame(schema=_COURSE)
 
 
@@ -128,10 +122,8 @@ def _is(contender: RescoContender) -> list[pl.Expr]:
 
 def _curve(own: pl.DataFrame, key: dict[str, object]) -> pl.DataFrame:
     """Return one learner's curve on one network."""
-    wide = own.sort("episode", "seed").pivot(on="episode", index="seed", values="delay_s")
-    episodes = [int(column) for column in wide.columns[1:]]
-    values = wide.drop("seed").select(pl.all().cast(pl.Float64).fill_null(np.nan)).to_numpy()
-    found = mean_interval(values, stream(0, "bootstrap", "training"), resamples=500)
+    rng = stream(0, "bootstrap", "training")
+    episodes, values, found = learning_curve(own, "episode", "delay_s", rng)
     last = mean_interval(
         values[:, -LAST_EPISODES:].mean(axis=1, keepdims=True),
         stream(0, "bootstrap", "training", "last"),
@@ -140,7 +132,7 @@ def _curve(own: pl.DataFrame, key: dict[str, object]) -> pl.DataFrame:
     frame = pl.DataFrame({"episode": episodes, "n": found.seeds}).with_columns(
         **interval_columns(found), entries=entries["entries_per_agent"]
     )
-    ends = {name: column[0] for name, column in interval_columns(last, "last", "last_").items()}
+    ends = {name: column[0] for name, column in interval_columns(last, "last", "last_{}").items()}
     constant = key | ends | {"trained_in": own["trained_in"].first()}
     return frame.with_columns(
         **{name: pl.lit(value, _CURVE[name]) for name, value in constant.items()}

@@ -6,9 +6,8 @@ from collections.abc import Iterator
 
 import polars as pl
 
-from dmil.reports.figure import Figure, figure, slug
+from dmil.reports.figure import Drawn, Figure, drawn_figures, slug
 from dmil.reports.labels import simulator_label
-from dmil.reports.marks import Chart
 from dmil.results import Results
 from dmil.studies.resco import charts, network_charts
 from dmil.studies.resco.curves import learning_curves, queue_courses
@@ -17,9 +16,6 @@ from dmil.studies.resco.tables import RescoTables, best_published_learner
 
 GOAL = 0.8
 """Kendall's τ that counts as agreement."""
-
-Drawn = tuple[str, str, str, Chart | None]
-"""Name, section, caption and chart of a figure, None if the runs do not allow it."""
 
 
 def figures_of_study(tables: RescoTables) -> Iterator[Figure]:
@@ -57,9 +53,7 @@ def figures_of_study(tables: RescoTables) -> Iterator[Figure]:
             charts.memory_and_delay(tables.scores, judge, reference),
         ),
     ]
-    for name, section, caption, chart in drawn:
-        if chart is not None:
-            yield figure(name, section, "", caption, chart)
+    yield from drawn_figures(drawn)
 
 
 def figures_of_network(results: Results, tables: RescoTables, scenario: str) -> Iterator[Figure]:
@@ -102,10 +96,8 @@ def figures_of_network(results: Results, tables: RescoTables, scenario: str) -> 
             network_charts.delay_and_memory(tables.scores, scenario, runs.judge),
         ),
     ]
-    end = slug(scenario.rpartition("/")[2])
-    for name, section, caption, chart in drawn:
-        if chart is not None:
-            yield figure(f"{end}_{name}", section, scenario, caption, chart)
+    begin = slug(scenario.rpartition("/")[2])
+    yield from drawn_figures([(f"{begin}_{each[0]}", *each[1:]) for each in drawn], scenario)
 
 
 def _rules(tables: RescoTables, scenario: str, trained_in: str) -> dict[str, float]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import polars as pl
 
+from dmil.analysis.panel import rows_by
+from dmil.reports.files import latex
 from dmil.reports.labels import contender_label, network_label, simulator_label
-from dmil.studies.resco.published import METHODS, SOURCE, published_by
+from dmil.studies.resco.published import METHODS, SOURCE, Published, published_by
 
 
 def delay_latex(headline: pl.DataFrame, judge: str) -> str:
@@ -17,58 +19,59 @@ def delay_latex(headline: pl.DataFrame, judge: str) -> str:
     An asterisk marks those that are not shown to be worse than the best.
     """
     networks = headline["scenario"].unique(maintain_order=True).to_list()
-    entries = {(row["contender"], row["scenario"]): row for row in headline.iter_rows(named=True)}
-    lines = [
-        f"% average delay in s in {simulator_label(judge)}: mean [95 % interval over seeds];",
-        "% * not shown to be worse than the best (paired interval);",
-        f"% published: best training episode (mean of the last 10), {SOURCE}",
-        r"\begin{tabular}{l" + "r" * len(networks) + "}",
-        r"\toprule",
-        _line("", *(network_label(name) for name in networks)),
-        r"\midrule",
+    entries = rows_by(headline, "contender", "scenario")
+    ours = [
+        [contender_label(name), *(_entry(entries.get((name, network))) for network in networks)]
+        for name in headline["contender"].unique(maintain_order=True)
     ]
-    for name in headline["contender"].unique(maintain_order=True):
-        cells = [_entry(entries.get((name, network))) for network in networks]
-        lines.append(_line(contender_label(name), *cells))
     known = {name: published_by(name) for name in networks}
-    methods = [name for name in METHODS if any(name in values for values in known.values())]
-    if methods:
-        lines.append(r"\midrule")
-    for method in methods:
-        cells = []
-        for network in networks:
-            value = known[network].get(method)
-            last = "" if value is None or value.last_s is None else f" ({value.last_s:.1f})"
-            cells.append("--" if value is None else f"{value.best_s:.1f}{last}")
-        lines.append(_line(f"published {method}", *cells))
-    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""])
+    theirs = [
+        [f"published {name}", *(_published(values.get(name)) for values in known.values())]
+        for name in METHODS
+        if any(name in values for values in known.values())
+    ]
+    notes = (
+        f"average delay in s in {simulator_label(judge)}: mean [95 % interval over seeds];",
+        "* not shown to be worse than the best (paired interval);",
+        f"published: best training episode (mean of the last 10), {SOURCE}",
+    )
+    return _latex(notes, ["", *map(network_label, networks)], ours, theirs)
 
 
 def agreement_latex(agreement: pl.DataFrame) -> str:
     r"""Return Kendall's \tau of the delays by network as a LaTeX tabular."""
     chosen = agreement.filter(pl.col("metric") == "delay_s")
     simulators = chosen["simulator"].unique(maintain_order=True).to_list()
-    entries = {(row["scenario"], row["simulator"]): row for row in chosen.iter_rows(named=True)}
-    heads = (r"$\tau$", "difference")
-    lines = [
-        "% Kendall's tau of the ranks by delay, SUMO against the queue simulator;",
-        "% median of delay / SUMO's delay - 1 in %; [95 % interval over seeds]",
-        r"\begin{tabular}{l" + "rr" * len(simulators) + "}",
-        r"\toprule",
-        _line("", *(f"{simulator_label(name)}: {what}" for name in simulators for what in heads)),
-        r"\midrule",
+    entries = rows_by(chosen, "scenario", "simulator")
+    rows = [
+        [
+            "all" if scenario is None else network_label(scenario),
+            *(text for each in simulators for text in _agreement(entries.get((scenario, each)))),
+        ]
+        for scenario in chosen["scenario"].unique(maintain_order=True)
     ]
-    for scenario in chosen["scenario"].unique(maintain_order=True):
-        cells = []
-        for simulator in simulators:
-            row = entries.get((scenario, simulator))
-            cells += ["--", "--"] if row is None else _agreement_entry(row)
-        lines.append(_line("all" if scenario is None else network_label(scenario), *cells))
-    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""])
+    notes = (
+        "Kendall's tau of the ranks by delay, SUMO against the queue simulator;",
+        "median of delay / SUMO's delay - 1 in %; [95 % interval over seeds]",
+    )
+    heads = [
+        f"{simulator_label(name)}: {what}"
+        for name in simulators
+        for what in (r"$\tau$", "difference")
+    ]
+    return _latex(notes, ["", *heads], rows)
 
 
-def _line(*cells: str) -> str:
-    return " & ".join(cell.replace("_", r"\_") for cell in cells) + r" \\"
+def _latex(notes: Sequence[str], *lines: Any) -> str:
+    head, *parts = lines
+    safe = [[[cell.replace("_", r"\_") for cell in row] for row in part] for part in parts]
+    return latex(notes, [cell.replace("_", r"\_") for cell in head], *safe)
+
+
+def _published(value: Published | None) -> str:
+    if value is None:
+        return "--"
+    return f"{value.best_s:.1f}" + ("" if value.last_s is None else f" ({value.last_s:.1f})")
 
 
 def _entry(row: Mapping[str, Any] | None) -> str:
@@ -78,7 +81,9 @@ def _entry(row: Mapping[str, Any] | None) -> str:
     return f"{row['mean']:.1f}{mark}{_ends(row['low'], row['high'], 1)}"
 
 
-def _agreement_entry(row: Mapping[str, Any]) -> list[str]:
+def _agreement(row: Mapping[str, Any] | None) -> list[str]:
+    if row is None:
+        return ["--", "--"]
     tau = "--" if row["tau"] is None else f"{row['tau']:.2f}"
     difference = f"{100 * row['difference']:+.0f}\\,\\%".replace("-", "$-$")
     return [f"{tau}{_ends(row['tau_low'], row['tau_high'], 2)}", difference]

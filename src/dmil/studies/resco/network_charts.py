@@ -5,11 +5,13 @@ Every function takes aggregated tables and returns a chart, or None without the 
 
 from __future__ import annotations
 
+from functools import partial
+
 import altair as alt
 import polars as pl
 
 from dmil.reports.labels import controller_label, network_label, simulator_label
-from dmil.reports.marks import Chart, dots, heading, lines, values
+from dmil.reports.marks import Chart, coloured, dots, heading, lines, log_field, log_scale, values
 from dmil.reports.styles import colours_by_label, dash, dashes_by_label
 from dmil.reports.theme import FAINT, INK, SIMULATOR_COLOURS, colours
 from dmil.studies.resco.charts import (
@@ -19,9 +21,6 @@ from dmil.studies.resco.charts import (
     contender_marks,
     hollow,
     labelled,
-    log_scale,
-    log_x,
-    log_y,
 )
 from dmil.studies.resco.contenders import SIMULATOR_ORDER
 from dmil.studies.resco.published import METHODS, METRIC
@@ -53,16 +52,10 @@ def delay_by_simulator(scores: pl.DataFrame, scenario: str) -> Chart | None:
     order = [simulator_label(name) for name in SIMULATOR_ORDER]
     order = [name for name in order if name in present]
     y = alt.Y("label:N", title=None, sort=names, axis=alt.Axis(grid=True, labelLimit=200))
-    colour = alt.Color(
-        "simulator:N",
-        scale=alt.Scale(domain=order, range=colours(order, SIMULATOR_COLOURS)),
-        legend=alt.Legend(title=None, orient="bottom"),
-    )
+    legend = alt.Legend(title=None, orient="bottom")
+    colour = coloured("simulator", order, SIMULATOR_COLOURS, legend)
     offset = alt.YOffset("simulator:N", sort=order)
-    layers = [
-        layer.encode(x=log_x("low:Q" if number == 0 else "mean:Q", DELAY))
-        for number, layer in enumerate(dots(y, colour, DELAY, offset, ".1f"))
-    ]
+    layers = dots(y, colour, DELAY, offset, ".1f", partial(log_field, alt.X, title=DELAY))
     return alt.layer(*layers, data=values(kept)).properties(
         width=_SIZE[0],
         height=alt.Step(7),
@@ -107,7 +100,7 @@ def training_curves(
             axis=alt.Axis(grid=False, tickCount=min(ends[1] - 1, 6), format="d"),
         ),
         x_title="episode",
-        y=log_y("mean:Q", f"{DELAY} of the episode"),
+        y=log_field(alt.Y, "mean:Q", f"{DELAY} of the episode"),
         size=_SIZE,
     )
 
@@ -153,12 +146,12 @@ def delay_and_memory(scores: pl.DataFrame, scenario: str, judge: str) -> Chart |
     if data.is_empty():
         return None
     colour, shape = contender_marks(data["label"].unique(maintain_order=True).to_list())
-    base = alt.Chart(values(data)).encode(x=log_x("kib:Q", "memory of all agents (KiB)"))
+    base = alt.Chart(values(data)).encode(x=log_field(alt.X, "kib:Q", "memory of all agents (KiB)"))
     bars = base.mark_rule(strokeWidth=1.4).encode(
-        y=log_y("low:Q", DELAY), y2="high:Q", color=colour
+        y=log_field(alt.Y, "low:Q", DELAY), y2="high:Q", color=colour
     )
     points = hollow(base).encode(
-        y=log_y("mean:Q", DELAY),
+        y=log_field(alt.Y, "mean:Q", DELAY),
         color=colour,
         shape=shape,
         tooltip=["label:N", "kib:Q", "mean:Q", "low:Q", "high:Q"],

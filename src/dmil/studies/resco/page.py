@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import polars as pl
 
+from dmil.analysis.panel import rows_by
 from dmil.doctor import examine, read_case
 from dmil.errors import DmilError
 from dmil.reports.configuration import configuration_rows
@@ -139,15 +140,17 @@ class RescoReport:
         )
         return {
             "resample": configuration.get("resample", False),
-            "delays": _by(made.headline, "contender", "scenario"),
-            "training": _by(made.training, "contender", "scenario"),
+            "delays": rows_by(made.headline, "contender", "scenario"),
+            "training": rows_by(made.training, "contender", "scenario"),
             "overall": made.overall.filter(pl.col("simulator") == made.judged.judge).rows(
                 named=True
             ),
-            "agreement": _by(made.agreement, "metric", "scenario", "simulator"),
+            "agreement": rows_by(made.agreement, "metric", "scenario", "simulator"),
             "goal": GOAL,
-            "bytes": _by(size.filter(pl.col("metric") == "bytes_total"), "contender", "scenario"),
-            "entries": _by(
+            "bytes": rows_by(
+                size.filter(pl.col("metric") == "bytes_total"), "contender", "scenario"
+            ),
+            "entries": rows_by(
                 size.filter(pl.col("metric") == "entries_per_agent"), "contender", "scenario"
             ),
             "published_learners": _published_learners(made.judged.scenarios),
@@ -157,9 +160,8 @@ class RescoReport:
     def _of_network(self, scenario: str) -> dict[str, Any]:
         made = self._tables
         here = made.scores.filter(pl.col("scenario") == scenario)
-        vehicles = made.judged.of("spawned_veh", made.judged.judge)
-        row = vehicles[made.judged.scenarios.index(scenario)]
-        known = row[row == row]
+        vehicles = made.judged.of("spawned_veh", simulator=made.judged.judge, scenario=scenario)
+        known = vehicles[vehicles == vehicles]
         spread = {f"{value:,.0f}" for value in (known.min(), known.max())} if known.size else set()
         facts = self._facts.get(scenario, {}) | {"vehicles": " to ".join(sorted(spread)) or "–"}
         present = set(here.filter(pl.col("simulator") == made.judged.judge)["metric"])
@@ -167,9 +169,9 @@ class RescoReport:
             "scenario": scenario,
             "facts": facts,
             "columns": {name: METRICS[name] for name in NETWORK_PAGE if name in present},
-            "metrics": _by(here, "contender", "simulator", "metric"),
+            "metrics": rows_by(here, "contender", "simulator", "metric"),
             "metric": METRIC,
-            "training": _by(
+            "training": rows_by(
                 made.training.filter(pl.col("scenario") == scenario), "contender", "trained_in"
             ),
         }
@@ -181,7 +183,7 @@ def page_of(scenario: str) -> str:
 
 
 def _published_learners(
-    scenarios: tuple[str, ...],
+    scenarios: Sequence[str],
 ) -> list[tuple[str, list[Published | None]]]:
     """Return the published learners with their numbers for every network."""
     rows = []
@@ -190,11 +192,6 @@ def _published_learners(
         if any(value is not None and value.last_s is not None for value in values):
             rows.append((method, values))
     return rows
-
-
-def _by(table: pl.DataFrame, *keys: str) -> dict[tuple[Any, ...], dict[str, Any]]:
-    """Return the rows of a table by the values of some columns."""
-    return {tuple(row[key] for key in keys): row for row in table.iter_rows(named=True)}
 
 
 REPORT = RescoReport

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
+from dmil.analysis.estimates import Values, as_column, interval_columns, seed_means
 from dmil.results.metrics import METRICS, SCORES
 from dmil.seeding import stream
 from dmil.statistics import (
@@ -15,7 +16,7 @@ from dmil.statistics import (
     standard_deviation,
     wins,
 )
-from dmil.studies.resco.contenders import REFERENCE, Judged, Values
+from dmil.studies.resco.contenders import Judged
 
 FEWEST_FOR_IQM = 8
 """Seeds from which on the interquartile mean of one network says more than the mean."""
@@ -35,17 +36,6 @@ def scores(runs: Judged) -> pl.DataFrame:
     return pl.concat(_of_metric(runs, metric) for metric in SCORES).filter(pl.col("n") > 0)
 
 
-def interval_columns(
-    found: Estimate, value: str = "mean", before: str = ""
-) -> dict[str, pl.Series]:
-    """Return an estimate as the columns of a table; what is missing is null (ours)."""
-    return {
-        value: pl.Series(found.value).fill_nan(None),
-        f"{before}low": pl.Series(found.low).fill_nan(None),
-        f"{before}high": pl.Series(found.high).fill_nan(None),
-    }
-
-
 def _of_metric(runs: Judged, metric: str) -> pl.DataFrame:
     values = runs.measures[metric]
     shape = values.shape[:3]
@@ -55,13 +45,13 @@ def _of_metric(runs: Judged, metric: str) -> pl.DataFrame:
         metric=pl.lit(metric),
         n=pl.Series(found.seeds),
         **interval_columns(found),
-        sd=pl.Series(standard_deviation(columns)).fill_nan(None),
+        sd=as_column(standard_deviation(columns)),
         iqm=_quartile_means(columns),
     )
-    reference = runs.number(REFERENCE)
+    reference = runs.reference
     numbers = np.full(shape[:2], -1 if reference is None else reference)
     difference = _against(values, numbers, metric)
-    frame = frame.with_columns(**interval_columns(difference, "difference", "difference_"))
+    frame = frame.with_columns(**interval_columns(difference, "difference", "difference_{}"))
     better = METRICS[metric].better
     sign = -1.0 if better == "more" else 1.0
     if better is None or reference is None:
@@ -69,7 +59,7 @@ def _of_metric(runs: Judged, metric: str) -> pl.DataFrame:
     else:
         won = wins(sign * values, sign * values[:, :, [reference]])
         won[:, :, reference] = np.nan
-        frame = frame.with_columns(share_better=_mean(won))
+        frame = frame.with_columns(share_better=as_column(seed_means(won, axis=-1).ravel()))
     if better is None:
         return frame.with_columns(among_best=pl.lit(None, pl.Boolean))
     means = sign * found.value.reshape(shape)
@@ -77,7 +67,7 @@ def _of_metric(runs: Judged, metric: str) -> pl.DataFrame:
     gap = _against(values, best, metric)
     worst_end = -gap.high if better == "more" else gap.low
     # Where nothing varies the interval has no width; a rounding error is no difference.
-    unshown = pl.Series(worst_end).fill_nan(None) <= 1e-9
+    unshown = as_column(worst_end) <= 1e-9
     return frame.with_columns(among_best=unshown)
 
 
@@ -111,10 +101,3 @@ def _quartile_means(columns: Values) -> pl.Series:
         enough = len(present) >= FEWEST_FOR_IQM
         found.append(float(interquartile_mean(present)) if enough else None)
     return pl.Series(found, dtype=pl.Float64)
-
-
-def _mean(values: Values) -> pl.Series:
-    present = ~np.isnan(values)
-    with np.errstate(invalid="ignore"):
-        mean = np.where(present, values, 0.0).sum(axis=-1) / present.sum(axis=-1)
-    return pl.Series(mean.ravel()).fill_nan(None)

@@ -7,19 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 import polars as pl
 
+from dmil.analysis.estimates import interval_columns, ranking
 from dmil.results import Results
 from dmil.seeding import stream
-from dmil.statistics import Estimate, mean_interval, probability_of_improvement
 from dmil.studies.resco.agreement import agreement
-from dmil.studies.resco.contenders import REFERENCE, Judged, Values, judged
+from dmil.studies.resco.contenders import REFERENCE, Judged, RescoContender, judged
 from dmil.studies.resco.curves import learning_curves, training
-from dmil.studies.resco.published import (
-    METHODS,
-    METRIC,
-    PUBLISHED,
-    counterpart_of,
-    published_by,
-)
+from dmil.studies.resco.published import METHODS, METRIC, PUBLISHED, counterpart_of, published_by
 from dmil.studies.resco.scores import scores
 
 
@@ -108,38 +102,20 @@ def overall(runs: Judged) -> pl.DataFrame:
     stratified bootstrap interval; ``share_better`` with interval, the share of runs in which its
     delay is less.
     """
-    reference = runs.number(REFERENCE)
-    rows = []
+    frames = []
     for simulator in runs.simulators:
-        tasks = [task.T for task in runs.of(METRIC, simulator)]
-        bases = [_column(task, reference) for task in tasks]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratios = [
-                np.where(base > 0, task / base, np.nan)
-                for task, base in zip(tasks, bases, strict=True)
-            ]
+        delays = runs.of(METRIC, simulator=simulator)
+        base = runs.of(METRIC, simulator=simulator, contender=RescoContender(REFERENCE))
+        tasks, bases = [task.T for task in delays], [each[:, None] for each in base]
         rng = stream(0, "bootstrap", "overall", simulator)
-        ratio = mean_interval(ratios, rng, summary="interquartile mean")
-        better = probability_of_improvement(tasks, bases, rng)
-        scenarios = np.sum([(~np.isnan(task)).any(axis=0) for task in ratios], axis=0)
-        for number in np.flatnonzero(ratio.seeds).tolist():
-            itself = number == reference
-            counts = int(scenarios[number]), int(ratio.seeds[number])
-            rows.append(
-                (simulator, runs.names[number], *counts, *_ends(ratio, number))
-                + ((None,) * 3 if itself else _ends(better, number))
-            )
-    schema = {"simulator": pl.String, "contender": pl.String, "scenarios": pl.Int64, "n": pl.Int64}
-    numbers = ("ratio", "low", "high", "share_better", "share_low", "share_high")
-    schema_of_all = schema | dict.fromkeys(numbers, pl.Float64)
-    table = pl.DataFrame(rows, schema=schema_of_all, orient="row")
-    return table.with_columns(pl.col(numbers).fill_nan(None))
-
-
-def _column(task: Values, number: int | None) -> Values:
-    """Return the (seeds, 1) of one contender, NaN without one."""
-    return np.full_like(task[:, :1], np.nan) if number is None else task[:, [number]]
-
-
-def _ends(found: Estimate, number: int) -> tuple[float, float, float]:
-    return found.value[number], found.low[number], found.high[number]
+        over, ratio, better = ranking(tasks, bases, runs.reference, rng)
+        columns = {
+            "simulator": [simulator] * len(runs.names),
+            "contender": runs.names,
+            "scenarios": np.sum([(~np.isnan(task)).any(axis=0) for task in over], axis=0),
+            "n": ratio.seeds,
+            **interval_columns(ratio, "ratio"),
+            **interval_columns(better, "share_better", "share_{}"),
+        }
+        frames.append(pl.DataFrame(columns).filter(pl.col("n") > 0))
+    return pl.concat(frames)

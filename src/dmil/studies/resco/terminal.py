@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import polars as pl
@@ -10,6 +11,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from dmil.analysis.panel import rows_by
 from dmil.studies.resco.published import METHODS, published_by
 from dmil.studies.resco.tables import RescoTables, published_table, resco_tables
 
@@ -36,11 +38,6 @@ def resco_table(tables: RescoTables) -> Group:
 
     Below a mean stand half the width of its 95 % interval and, in brackets, what was published for
     the same kind of controller; an asterisk marks those not shown to be worse than the best.
-
-    Parameters
-    ----------
-    tables
-        The study.
     """
     runs = tables.judged
     seeds = f"{len(runs.seeds)} seeds" if len(runs.seeds) > 1 else "1 seed"
@@ -52,7 +49,7 @@ def resco_table(tables: RescoTables) -> Group:
     table.add_column("", no_wrap=True)
     for name in _network_names(runs.scenarios):
         table.add_column(name, justify="right", no_wrap=True)
-    entries = {(r["contender"], r["scenario"]): r for r in tables.headline.iter_rows(named=True)}
+    entries = rows_by(tables.headline, "contender", "scenario")
     for name in runs.names:
         row = [_delay(entries.get((name, scenario))) for scenario in runs.scenarios]
         table.add_row(_short_name(name), *row)
@@ -69,13 +66,7 @@ def resco_table(tables: RescoTables) -> Group:
 
 
 def agreement_lines(tables: RescoTables) -> list[Text]:
-    """Return how far the queue simulator ranks controllers as SUMO does, a line each.
-
-    Parameters
-    ----------
-    tables
-        The study.
-    """
+    """Return how far the queue simulator ranks controllers as SUMO does, a line each."""
     lines = []
     pooled = tables.agreement.filter(
         (pl.col("metric") == "delay_s") & pl.col("scenario").is_null() & pl.col("tau").is_not_null()
@@ -91,13 +82,7 @@ def agreement_lines(tables: RescoTables) -> list[Text]:
 
 
 def as_json(tables: RescoTables) -> dict[str, Any]:
-    """Return a study on the RESCO benchmark as one JSON object.
-
-    Parameters
-    ----------
-    tables
-        The study.
-    """
+    """Return a study on the RESCO benchmark as one JSON object."""
     runs = tables.judged
     return {
         "judge": runs.judge,
@@ -112,7 +97,7 @@ def as_json(tables: RescoTables) -> dict[str, Any]:
     }
 
 
-def _network_names(scenarios: tuple[str, ...]) -> list[str]:
+def _network_names(scenarios: Sequence[str]) -> list[str]:
     """Return names of networks, in short where the width of a terminal asks for it."""
     names = [name.rpartition("/")[2] for name in scenarios]
     if _NAME_WIDTH + sum(1 + len(name) for name in names) <= _WIDTH:

@@ -1,10 +1,10 @@
 import polars as pl
 import pytest
 
-from dmil.analysis.verdicts import judge
+from dmil.analysis.claims import Evidence, judge
 from dmil.results import Results
 from dmil.studies.paper.claims import claims, verdict_of
-from dmil.studies.paper.comparisons import CellComparison, Evidence
+from dmil.studies.paper.comparisons import CellComparison
 from dmil.studies.paper.statements import STATEMENTS
 
 

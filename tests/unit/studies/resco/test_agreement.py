@@ -15,11 +15,13 @@ def study(sumo, **queues):
     delays = np.stack([sumo, *queues.values()])
     names = tuple(f"c{number}" for number in range(delays.shape[2]))
     return Judged(
-        contenders=tuple(RescoContender(name) for name in names),
+        axes={
+            "simulator": ("sumo", *(name.replace("_", "-") for name in queues)),
+            "scenario": [f"net{number}" for number in range(delays.shape[1])],
+            "contender": [RescoContender(name) for name in names],
+            "seed": range(delays.shape[3]),
+        },
         names=names,
-        scenarios=tuple(f"net{number}" for number in range(delays.shape[1])),
-        simulators=("sumo", *(name.replace("_", "-") for name in queues)),
-        seeds=tuple(range(delays.shape[3])),
         trained_in=None,
         measures={"delay_s": delays, "travel_time_s": delays + 60},
     )
@@ -115,13 +117,15 @@ def test_missing_seeds_do_not_break_a_resample():
 def test_it_takes_both_kinds_of_simulator(simulators):
     values = np.ones((len(simulators), 1, 2, 2))
     made = Judged(
-        (RescoContender("a"), RescoContender("b")),
-        ("a", "b"),
-        ("net",),
-        simulators,
-        (0, 1),
-        None,
-        {"delay_s": values, "travel_time_s": values},
+        axes={
+            "simulator": simulators,
+            "scenario": ["net"],
+            "contender": [RescoContender("a"), RescoContender("b")],
+            "seed": (0, 1),
+        },
+        names=("a", "b"),
+        trained_in=None,
+        measures={"delay_s": values, "travel_time_s": values},
     )
     found = agreement(made)
     assert found.is_empty() and "tau" in found.columns

@@ -43,7 +43,7 @@ def row_of(table, **values):
 
 def test_runs_are_arranged_by_simulator_network_contender_and_seed(results):
     runs = judged(results)
-    assert runs.judge == SUMO and runs.simulators == (SUMO, CALIBRATED, QUEUE)
+    assert runs.judge == SUMO and runs.simulators == [SUMO, CALIBRATED, QUEUE]
     # Real towns first, small networks before large ones.
     assert [name.removeprefix("resco/") for name in runs.scenarios] == [
         "cologne1",
@@ -52,16 +52,18 @@ def test_runs_are_arranged_by_simulator_network_contender_and_seed(results):
         "grid4x4",
     ]
     assert len(runs.contenders) == len(CONTENDERS) and runs.names[0] == "program"
-    assert runs.of("delay_s", SUMO).shape == (4, 12, 5)
-    actuated = runs.number("actuated")
-    assert np.isnan(runs.of("delay_s", QUEUE)[:, actuated]).all()
-    assert not np.isnan(runs.of("delay_s", SUMO)).any()
+    assert runs.of("delay_s", simulator=SUMO).shape == (4, 12, 5)
+    actuated = runs.number("contender", RescoContender("actuated"))
+    assert np.isnan(runs.of("delay_s", simulator=QUEUE)[:, actuated]).all()
+    assert not np.isnan(runs.of("delay_s", simulator=SUMO)).any()
     frame = results.runs().filter(
         (pl.col("scenario") == runs.scenarios[1])
         & (pl.col("simulator") == QUEUE)
         & (pl.col("controller") == "random")
     )
-    ours = runs.of("delay_s", QUEUE)[1, runs.number("random")]
+    ours = runs.of("delay_s", simulator=QUEUE)[
+        1, runs.number("contender", RescoContender("random"))
+    ]
     assert ours.tolist() == frame.sort("seed")["delay_s"].to_list()
 
 
@@ -188,7 +190,7 @@ def test_queues_are_means_of_minutes_in_sumo(tables, results):
 def test_from_eight_seeds_on_the_interquartile_mean_is_there(make_resco_study):
     with Results(make_resco_study(scenarios=SCENARIOS[:1], seeds=8)) as opened:
         row = resco_tables(opened).headline.row(0, named=True)
-        delays = np.sort(judged(opened).of("delay_s", SUMO)[0, 0])
+        delays = np.sort(judged(opened).of("delay_s", simulator=SUMO)[0, 0])
     assert row["iqm"] == pytest.approx(delays[2:6].mean())
 
 
