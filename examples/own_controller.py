@@ -14,7 +14,7 @@ from dmil import (
     REWARDS,
     Observation,
     QueueSimulator,
-    Situation,
+    RunContext,
     evaluate,
     make_controller,
     scenario,
@@ -38,11 +38,11 @@ class ActuatedController:
     def __init__(self, max_green_s: float = 20.0) -> None:
         self.max_green_s = max_green_s
 
-    def begin(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Note which movements the signals serve in each phase."""
         self._served = [
             [sorted(phase - item.unsignalled) for phase in item.phases]
-            for item in situation.network.intersections
+            for item in context.network.intersections
         ]
 
     def decide(self, observation: Observation, reward: np.ndarray | None) -> np.ndarray:

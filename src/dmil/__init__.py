@@ -21,7 +21,7 @@ from dmil.version import __version__  # noqa: E402
 
 # ruff: noqa: F401  for type checkers only; __all__ is made from the same names below.
 if TYPE_CHECKING:
-    from dmil.controllers import CONTROLLERS, Controller, Situation, make_controller
+    from dmil.controllers import CONTROLLERS, Controller, RunContext, make_controller
     from dmil.demand import CompoundPoissonDemand, PoissonDemand, ProfileDemand, Vehicles
     from dmil.errors import DmilError
     from dmil.importing import trust
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     )
 
 _ROOMS = {
-    "controllers": ("CONTROLLERS", "Controller", "Situation", "make_controller"),
+    "controllers": ("CONTROLLERS", "Controller", "RunContext", "make_controller"),
     "demand": ("CompoundPoissonDemand", "PoissonDemand", "ProfileDemand", "Vehicles"),
     "errors": ("DmilError",),
     "importing": ("trust",),

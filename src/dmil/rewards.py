@@ -77,7 +77,7 @@ class Reward(Protocol):
 
 
 def default(before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
-    """Return the orientations that grew by at most α minus those by at least α+θ (paper, §III)."""
+    """Return the movements that grew by at most α minus those by at least α+θ (paper, §III)."""
     return DefaultReward()(before, after, network)
 
 
@@ -94,14 +94,14 @@ class DefaultReward:
     constants: RewardConstants = PAPER_CONSTANTS
 
     def __call__(self, before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
-        """Return the orientations that grew by at most α minus those by at least α+θ."""
+        """Return the movements that grew by at most α minus those by at least α+θ."""
         alpha, theta = self.constants.relaxation_veh, self.constants.tolerated_veh
         counts = network.movement_count
         return _default(before.queue_veh, after.queue_veh, counts, alpha, alpha + theta)
 
 
 def diffusion(before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
-    """Return −mean(sign(d)·d²) of the growths d over all orientations (paper, §VI-A)."""
+    """Return −mean(sign(d)·d²) of the growths d over all movements (paper, §VI-A)."""
     return _diffusion(before.queue_veh, after.queue_veh, network.movement_count)
 
 
@@ -213,11 +213,11 @@ def check_constants(names: Iterable[str], constants: RewardConstants) -> None:
 
 @allocating_kernel
 def _default(
-    before: IntArray, after: IntArray, orientations: IntArray, rewarded: float, punished: float
+    before: IntArray, after: IntArray, movements: IntArray, rewarded: float, punished: float
 ) -> FloatArray:
     reward = np.zeros(before.shape[0])
     for i in range(before.shape[0]):
-        for j in range(orientations[i]):
+        for j in range(movements[i]):
             growth = after[i, j] - before[i, j]
             if growth <= rewarded:
                 reward[i] += 1.0
@@ -227,13 +227,13 @@ def _default(
 
 
 @allocating_kernel
-def _diffusion(before: IntArray, after: IntArray, orientations: IntArray) -> FloatArray:
+def _diffusion(before: IntArray, after: IntArray, movements: IntArray) -> FloatArray:
     reward = np.zeros(before.shape[0])
     for i in range(before.shape[0]):
-        for j in range(orientations[i]):
+        for j in range(movements[i]):
             growth = float(after[i, j] - before[i, j])
             reward[i] -= growth * abs(growth)
-        reward[i] /= orientations[i]
+        reward[i] /= movements[i]
     return reward
 
 

@@ -16,7 +16,7 @@ class PlainClasses:
     def __init__(self, embedding, group):
         self.embedding = embedding
         elements = group.size if self.embedding.rotations else 1
-        self.places = group.orientation_image[:elements].tolist()
+        self.places = group.movement_image[:elements].tolist()
         self.actions = group.phase_image[:elements].tolist()
         self.action_count = len(self.actions[0])
 

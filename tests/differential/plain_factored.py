@@ -62,12 +62,12 @@ class PlainFactored:
         self.options = {**DEFAULTS, **(options or {})}
         self.table = {}
 
-    def begin(self, situation):
-        self.network, timing = situation.network, situation.timing
+    def reset(self, context):
+        self.network, timing = context.network, context.timing
         self.interval_s = timing.decision_interval_s
         lost_s = timing.clearance_s + timing.startup_lost_s
         self.after_switch = max(0.0, 1 - lost_s / self.interval_s)
-        self.flow_veh = situation.dynamics.saturation_flow_veh_per_s * self.interval_s
+        self.flow_veh = context.dynamics.saturation_flow_veh_per_s * self.interval_s
         self.groups = {node.id: groups_of(node) for node in self.network.intersections}
         self.time_s = {link.id: link.free_flow_time_s for link in self.network.links}
         self.signalled = {node.id for node in self.network.intersections}

@@ -32,7 +32,7 @@ class Exchanging:
         self.messages = self.bytes = 0
         self.forget(range(len(self.shape)))
         rows = network_classes(network, EMBEDDINGS[settings.embedding])
-        self.key_bytes = 4 * rows.orientation_image.shape[2] // rows.parts
+        self.key_bytes = 4 * rows.movement_image.shape[2] // rows.parts
         self.value_bytes = 9 * rows.phase_image.shape[2]
 
     def forget(self, members):

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.controllers.rules.baselines import covering_phases
 from dmil.controllers.rules.phase_choice import PhaseChoice
 from dmil.network import grid
@@ -55,7 +55,7 @@ def course(tee, mixed_network):
 
 
 def drive(controller, network, see, decisions=150):
-    controller.begin(Situation(network, TIMING, stream(0, "none")))
+    controller.reset(RunContext(network, TIMING, stream(0, "none")))
     phases = None
     for decision in range(decisions):
         seen = see(decision, phases)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.network import grid
 from dmil.scenarios import SignalTiming
 from dmil.seeding import stream
@@ -134,7 +134,7 @@ def test_choices_and_values_are_those_of_the_plain_twin(name, kind):
     network = grid(1, AGENTS)
     signalled = [j for j in range(12) if j not in network.intersections[0].unsignalled]
     learner = make_controller(name, OPTIONS)
-    learner.begin(Situation(network, SignalTiming(), stream(1)))
+    learner.reset(RunContext(network, SignalTiming(), stream(1)))
     plain = PlainDeep(8, stream(1), **kind)
     rng, reward = stream(2), None
     phase = np.zeros(AGENTS, np.int32)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.network import Junction, Link, Movement, RoadNetwork, grid
 from dmil.scenarios import QueueDynamics, Scenario, SignalTiming, scenario
 from dmil.seeding import stream
@@ -97,9 +97,9 @@ class Both:
 
     def run(self, made, vehicles):
         simulator = QueueSimulator(made)
-        situation = Situation(made.network, made.timing, stream(0), dynamics=made.dynamics)
-        self.inner.begin(situation)
-        self.twin.begin(situation)
+        context = RunContext(made.network, made.timing, stream(0), dynamics=made.dynamics)
+        self.inner.reset(context)
+        self.twin.reset(context)
         seen, overruled, phases = simulator.reset(vehicles), 0, None
         while seen.time_s < made.horizon_s:
             overruled += phases is not None and not np.array_equal(phases, seen.phase)
@@ -152,7 +152,7 @@ def test_the_twin_agrees_until_the_table_matters(timing):
 def phases_on(controller, made):
     """Return all phases of a short run."""
     simulator, chosen = QueueSimulator(made), []
-    controller.begin(Situation(made.network, made.timing, stream(0), dynamics=made.dynamics))
+    controller.reset(RunContext(made.network, made.timing, stream(0), dynamics=made.dynamics))
     vehicles = made.demand.vehicles(made.network, made.horizon_s, stream(2, "demand"))
     seen = simulator.reset(vehicles)
     while seen.time_s < 1000:

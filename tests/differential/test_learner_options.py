@@ -5,7 +5,7 @@ import copy
 import numpy as np
 import pytest
 
-from dmil.controllers import Prior, Situation
+from dmil.controllers import Prior, RunContext
 from dmil.controllers.tabular.agents import agents_of
 from dmil.controllers.tabular.dual_memory import DualMemoryController
 from dmil.controllers.tabular.sarsa import SarsaController
@@ -200,7 +200,7 @@ FEW = {"complex": 2}
 def drive(controller, twin, network, walk, decisions):
     """Let both decide on what their decisions lead to; the last actions are shown."""
     rng, plain_rng = stream(5, "exploration"), stream(5, "exploration")
-    controller.begin(Situation(network, SignalTiming(decision_interval_s=INTERVAL_S), rng))
+    controller.reset(RunContext(network, SignalTiming(decision_interval_s=INTERVAL_S), rng))
     twin.nodes, twin.fell_back = network.intersections, 0
     queue, step = walk(network, 5)
     reward, shown = None, np.zeros(len(queue), np.int32)
@@ -285,7 +285,7 @@ def test_a_start_table_is_cut_to_the_cap(networks, walk, plain_classes, embeddin
         SarsaController(settings),
         FallbackSarsaTwin(settings, network, None, plain_classes),
     )
-    dummy.begin(Situation(network, SignalTiming(), stream(1)))
+    dummy.reset(RunContext(network, SignalTiming(), stream(1)))
     queue, step = walk(network, 3)
     reward = None
     for k in range(60):

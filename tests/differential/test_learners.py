@@ -10,7 +10,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from dmil.controllers import Prior, Situation
+from dmil.controllers import Prior, RunContext
 from dmil.controllers.tabular.agents import agents_of
 from dmil.controllers.tabular.dual_memory import DualMemoryController
 from dmil.controllers.tabular.sarsa import SarsaController
@@ -227,7 +227,7 @@ def observed(queue, time_s):
 
 def same_decisions(controller, twin, network, walk, decisions):
     rng, plain_rng = stream(5, "exploration"), stream(5, "exploration")
-    controller.begin(Situation(network, SignalTiming(decision_interval_s=INTERVAL_S), rng))
+    controller.reset(RunContext(network, SignalTiming(decision_interval_s=INTERVAL_S), rng))
     queue, step = walk(network, 5)
     reward = None
     for k in range(decisions):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.controllers.lanes.lookahead_choice import lane_model
 from dmil.network import grid
 from dmil.scenarios import QueueDynamics, Scenario, SignalTiming
@@ -64,9 +64,9 @@ def test_decisions_and_tables_are_those_of_the_plain_twin(place, options, places
     inner, twin, overruled = make_controller("lookahead", chosen), PlainLookahead(chosen), 0
     for episode in range(2):
         simulator, phases = QueueSimulator(made), None
-        situation = Situation(network, timing, stream(0), dynamics=dynamics)
-        inner.begin(situation)
-        twin.begin(situation)
+        context = RunContext(network, timing, stream(0), dynamics=dynamics)
+        inner.reset(context)
+        twin.reset(context)
         rng = stream(episode, "vehicles", place)
         seen = simulator.reset(wander(network, made.horizon_s, veh_per_s, rng))
         while seen.time_s < made.horizon_s:

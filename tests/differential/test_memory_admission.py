@@ -90,7 +90,7 @@ def test_admission_is_its_twin(tolerance, rotations, capacity):
     classes = build_classes(own, [TURNS], [0, 0])
     scratch = make_scratch(classes)
     rows, admission = make_rows(2, capacity, PLACES, tolerance), make_admission(2, capacity)
-    images = TURNS.orientation_image[: 4 if rotations else 1].tolist()
+    images = TURNS.movement_image[: 4 if rotations else 1].tolist()
     twins = [PlainAdmission(images, tolerance, capacity) for _ in range(2)]
     answers = set()
     for _ in range(1500):

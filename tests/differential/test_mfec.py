@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.controllers.tabular.choice import DRAWS
 from dmil.network import grid
 from dmil.scenarios import SignalTiming
@@ -101,7 +101,7 @@ def test_decisions_are_those_of_the_plain_twin(name, capacity, steps, bootstrap)
     rules = {"steps": steps, "discount": 0.9, "bootstrap": bootstrap}
     rules |= {"neighbours": 3, "capacity": capacity}
     controller = make_controller("mfec", {**rules, "epsilon_first": 0.2, "epsilon_last": 0.2})
-    controller.begin(Situation(network, SignalTiming(), stream(5, "chance")))
+    controller.reset(RunContext(network, SignalTiming(), stream(5, "chance")))
     twin = PlainMfec(network, controller.agents.shape.tolist(), **rules)
     chance, rewards, reward = stream(5, "chance"), stream(5, "rewards"), None
     for seen in looks(network, 2):

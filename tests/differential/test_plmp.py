@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.controllers.tabular.announcements import Announcements
 from dmil.controllers.tabular.choice import DRAWS
 from dmil.memory import append, make_rows
@@ -149,9 +149,9 @@ def looks(network, seed, count):
 @pytest.mark.parametrize("name", NETWORKS)
 def test_predictions_are_those_of_plain_sums(name):
     network, timing = NETWORKS[name], SignalTiming(decision_interval_s=10)
-    situation = Situation(network, timing, stream(0))
-    announcements = Announcements(situation)
-    flow = situation.dynamics.saturation_flow_veh_per_s
+    context = RunContext(network, timing, stream(0))
+    announcements = Announcements(context)
+    flow = context.dynamics.saturation_flow_veh_per_s
     for seen in looks(network, 1, 60):
         found = announcements.queue_ahead(seen)
         assert found.tolist() == plain_ahead(network, seen, timing, flow).tolist()
@@ -209,10 +209,10 @@ def test_decisions_are_those_of_the_plain_twin(name, capacity, predicts):
     options = {"reach": 1, "prediction": predicts, "capacity": capacity, "epsilon_last": 0.2}
     options |= {"epsilon_first": 0.2}
     controller = make_controller("plmp", options)
-    controller.begin(Situation(network, SignalTiming(), stream(5, "chance")))
+    controller.reset(RunContext(network, SignalTiming(), stream(5, "chance")))
     twin = PlainPlmp(network, 1, predicts, capacity)
     chance, rewards, reward = stream(5, "chance"), stream(5, "rewards"), None
-    announcements = Announcements(Situation(network, SignalTiming(), stream(5)))
+    announcements = Announcements(RunContext(network, SignalTiming(), stream(5)))
     shapes = controller.agents.shape.tolist()
     for seen in looks(network, 2, 200):
         patterns = controller.states(seen).tolist()

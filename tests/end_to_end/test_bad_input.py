@@ -15,14 +15,14 @@ class NoVerbs:
     pass
 
 class Stops:
-    def begin(self, situation):
+    def reset(self, context):
         raise MemoryError("400 TiB")
 
     def decide(self, observation, reward): ...
 
 class WrongPhase:
-    def begin(self, situation):
-        self.count = len(situation.network.intersections)
+    def reset(self, context):
+        self.count = len(context.network.intersections)
 
     def decide(self, observation, reward):
         return np.full(self.count, 99, np.int32)

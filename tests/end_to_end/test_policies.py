@@ -28,8 +28,8 @@ class Patient:
     def __init__(self, hold=3):
         self.hold = hold
 
-    def begin(self, situation):
-        self.phases = np.array([len(i.phases) for i in situation.network.intersections])
+    def reset(self, context):
+        self.phases = np.array([len(i.phases) for i in context.network.intersections])
         self.decided = 0
 
     def decide(self, observation, reward):

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dmil.controllers import Situation
+from dmil.controllers import RunContext
 from dmil.controllers.tabular.dual_memory import DualMemoryController
 from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.memory import (
@@ -43,7 +43,7 @@ def new(options, seed=1):
     controller = DualMemoryController(
         DualMemorySettings(**options, epsilon=0.3, communication_period_s=40)
     )
-    controller.begin(Situation(NETWORK, SignalTiming(), stream(seed)))
+    controller.reset(RunContext(NETWORK, SignalTiming(), stream(seed)))
     return controller
 
 
@@ -76,7 +76,7 @@ def test_a_restored_memory_goes_on_byte_for_byte(options, states, order, more):
         original.decide(observation, reward)
     copy.restore(original.arrays())
     for controller in (original, copy):
-        controller.begin(Situation(NETWORK, SignalTiming(), stream(2)))
+        controller.reset(RunContext(NETWORK, SignalTiming(), stream(2)))
     for observation, reward in steps(states, more):
         expected = original.decide(observation, reward).tolist()
         assert copy.decide(observation, reward).tolist() == expected

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dmil.controllers import Situation
+from dmil.controllers import RunContext
 from dmil.controllers.tabular.agents import classes_of
 from dmil.controllers.tabular.dual_memory import DualMemoryController
 from dmil.controllers.tabular.sarsa import SarsaController
@@ -67,7 +67,7 @@ def test_bounds_of_the_dual_memory(
             epsilon=0.5,
         )
     )
-    controller.begin(Situation(NETWORK, SignalTiming(), stream(1)))
+    controller.reset(RunContext(NETWORK, SignalTiming(), stream(1)))
     short, long = np.zeros(2, int), np.zeros(2, int)
     for observation, reward in steps(states, order):
         controller.decide(observation, reward)
@@ -107,7 +107,7 @@ def test_bounds_of_the_dual_memory(
 @given(embedding=EMBEDDING, shared=st.booleans(), states=QUEUES, order=ORDER)
 def test_bounds_of_the_q_table(embedding, shared, states, order):
     controller = SarsaController(SarsaSettings(embedding=embedding, shared=shared, epsilon=0.5))
-    controller.begin(Situation(NETWORK, SignalTiming(), stream(1)))
+    controller.reset(RunContext(NETWORK, SignalTiming(), stream(1)))
     learned = 0
     for observation, reward in steps(states, order):
         before = controller.table.rows.size.copy()
@@ -148,7 +148,7 @@ def test_the_first_key_wins(levels, width, offset, rotations, tolerance, states)
             append(rows, 0, key)
         for age, old in enumerate(founders):
             assert look_up(rows, classes, 0, 0, old, scratch) == (age, 0)
-    images = classes.orientation_image[0, : classes.variant_count[0]]
+    images = classes.movement_image[0, : classes.variant_count[0]]
     for age, key in enumerate(founders):
         for old in founders[:age]:
             for image in images:
@@ -178,13 +178,13 @@ def test_what_was_saved_goes_on_as_what_was_not(kind, embedding, states, order, 
         chosen = DualMemorySettings(**options, short_capacity=4)
         pair = [DualMemoryController(chosen) for _ in range(2)]
     original, copy = pair
-    original.begin(Situation(NETWORK, SignalTiming(), stream(1)))
+    original.reset(RunContext(NETWORK, SignalTiming(), stream(1)))
     for observation, reward in steps(states, order):
         original.decide(observation, reward)
-    copy.begin(Situation(NETWORK, SignalTiming(), stream(1)))
+    copy.reset(RunContext(NETWORK, SignalTiming(), stream(1)))
     copy.restore(original.arrays())
     for controller in pair:
-        controller.begin(Situation(NETWORK, SignalTiming(), stream(2)))
+        controller.reset(RunContext(NETWORK, SignalTiming(), stream(2)))
     for observation, reward in steps(states, more):
         expected = original.decide(observation, reward).tolist()
         assert copy.decide(observation, reward).tolist() == expected

@@ -138,8 +138,8 @@ def crossings(drive, visit_before):
     """Return (intersection, movement) of every vehicle that crossed since; nobody crosses two."""
     crossed = drive.state.visit - visit_before
     assert set(crossed.tolist()) <= {0, 1}
-    slots = drive.trips.slots[visit_before[crossed == 1]]
-    return [divmod(slot, drive.state.queue_veh.shape[1]) for slot in slots.tolist()]
+    movements = drive.trips.movements[visit_before[crossed == 1]]
+    return [divmod(movement, drive.state.queue_veh.shape[1]) for movement in movements.tolist()]
 
 
 def count(lists):
@@ -176,8 +176,8 @@ def test_lists_and_counts_agree_and_no_link_is_overfull(begin, **chance):
         drive.step(time_s)
         queued, moving, outside = everyone(state)
         assert [len(found) for found in queued] == state.lane_veh.tolist()
-        slots = [trips.slots[state.visit[v]] for found in queued for v in found]
-        counts = np.bincount(slots, minlength=state.queue_veh.size)
+        movements = [trips.movements[state.visit[v]] for found in queued for v in found]
+        counts = np.bincount(movements, minlength=state.queue_veh.size)
         np.testing.assert_array_equal(counts, state.queue_veh.ravel())
         for front, back, lists in (
             (state.front, state.back, queued),
@@ -286,7 +286,7 @@ def test_a_vehicle_takes_its_driving_time_and_its_waits(begin, **chance):
         drive.step(time_s)
     state, vehicles = drive.state, drive.vehicles
     for vehicle in np.flatnonzero(state.arrived_s >= 0).tolist():
-        first, last = drive.trips.slot_offset[vehicle : vehicle + 2] + vehicle
+        first, last = drive.trips.movement_offset[vehicle : vehicle + 2] + vehicle
         driving_s = drive.trips.leg_s[first : last + 1].sum()
         taken_s = state.arrived_s[vehicle] - vehicles.depart_s[vehicle]
         assert taken_s == driving_s + state.waited_s[vehicle]

@@ -26,7 +26,7 @@ def key_of(classes, state):
 
 def rotated(state, turn):
     moved = np.zeros(12, np.int32)
-    moved[GROUP.orientation_image[turn]] = state
+    moved[GROUP.movement_image[turn]] = state
     return moved
 
 
@@ -118,7 +118,7 @@ def junctions(draw):
 def test_the_symmetries_of_any_junction_are_a_group(junction):
     origin, goal, turn, served = junction
     group = find_group(origin, goal, turn, served)
-    elements = list(zip(group.orientation_image.tolist(), group.phase_image.tolist(), strict=True))
+    elements = list(zip(group.movement_image.tolist(), group.phase_image.tolist(), strict=True))
     assert elements[0] == (list(range(len(origin))), list(range(len(served))))
     for places, phases in elements:
         assert sorted(places) == list(range(len(origin)))

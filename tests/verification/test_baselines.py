@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dmil.controllers.protocol import Situation
+from dmil.controllers.protocol import RunContext
 from dmil.controllers.rules.baselines import (
     FixedCycleController,
     LongestQueueFirstController,
@@ -42,7 +42,7 @@ def test_waiting_is_that_of_the_reference(kind, name, reference):
     for seed in range(SEEDS):
         observation = simulator.reset(vehicles_of(made, seed))
         controller = kind()
-        controller.begin(Situation(made.network, made.timing, stream(seed, "controller")))
+        controller.reset(RunContext(made.network, made.timing, stream(seed, "controller")))
         while observation.time_s < simulator.horizon_s:
             observation = simulator.advance(controller.decide(observation, None))
         found.append(simulator.measures().w_over_vc)

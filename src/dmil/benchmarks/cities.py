@@ -13,7 +13,7 @@ from time import perf_counter
 import numpy as np
 
 from dmil.benchmarks.figures import SpeedFigure
-from dmil.controllers import Situation
+from dmil.controllers import RunContext
 from dmil.controllers.lanes.factored import FactoredController
 from dmil.controllers.protocol import FloatArray, IntArray
 from dmil.network import grid
@@ -46,7 +46,7 @@ def city_figures(*, side: int = SIDE, decisions: int = DECISIONS) -> list[SpeedF
 
 def _decision_ms(side: int, timing: SignalTiming, decisions: int) -> float:
     controller = FactoredController()
-    controller.begin(Situation(grid(side, side), timing, stream(0, "benchmark", "city")))
+    controller.reset(RunContext(grid(side, side), timing, stream(0, "benchmark", "city")))
     sights = [_sight(side, k) for k in range(SIGHTS)]
     shown = np.full(side * side, -1, np.int32)
     times_ms = []

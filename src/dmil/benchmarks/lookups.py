@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from dmil.benchmarks.figures import SpeedFigure
 from dmil.compilation import kernel
-from dmil.controllers import Situation
+from dmil.controllers import RunContext
 from dmil.controllers.tabular.agents import classes_of
 from dmil.controllers.tabular.sarsa import SarsaController
 from dmil.controllers.tabular.settings import SarsaSettings
@@ -80,7 +80,7 @@ def visited_states(episodes: int) -> IntArray:
 
     Returns
     -------
-    states: (decisions of all agents, orientations) int32
+    states: (decisions of all agents, movements) int32
     """
     network, seen = SCENARIO.network, []
     simulator = QueueSimulator(SCENARIO)
@@ -88,8 +88,8 @@ def visited_states(episodes: int) -> IntArray:
         controller = SarsaController(SarsaSettings(embedding="simple", epsilon_decay=0.95))
         rng = stream(episode, "benchmark", "demand")
         vehicles = SCENARIO.demand.vehicles(network, SCENARIO.horizon_s, rng)
-        controller.begin(
-            Situation(network, SCENARIO.timing, stream(episode, "benchmark", "exploration"))
+        controller.reset(
+            RunContext(network, SCENARIO.timing, stream(episode, "benchmark", "exploration"))
         )
         observation, reward = simulator.reset(vehicles), None
         while observation.time_s < SCENARIO.horizon_s:

@@ -14,7 +14,7 @@ from time import perf_counter
 
 from dmil.benchmarks.figures import SpeedFigure
 from dmil.compilation import TypedOnce
-from dmil.controllers import Controller, Situation, make_controller
+from dmil.controllers import Controller, RunContext, make_controller
 from dmil.controllers.protocol import FloatArray, IntArray
 from dmil.demand import Vehicles
 from dmil.rewards import make_reward
@@ -48,9 +48,9 @@ class Timed:
     decisions: int = 0
     spent_s: float = 0.0
 
-    def begin(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Begin a run."""
-        self.inner.begin(situation)
+        self.inner.reset(context)
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Decide, and note how long it took."""
@@ -112,7 +112,7 @@ def _beside(name: str, other: str, values: dict[str, list[float]], unit: str) ->
 def _fixed_plan(made: Scenario, simulator: QueueSimulator, vehicles: Vehicles) -> list[IntArray]:
     """Return the phases of a fixed cycle for every decision of a run, and make that run."""
     cycle = make_controller("fixed-cycle")
-    cycle.begin(Situation(made.network, made.timing, stream(0, "bench")))
+    cycle.reset(RunContext(made.network, made.timing, stream(0, "bench")))
     observation = simulator.reset(vehicles)
     plan = []
     while observation.time_s < made.horizon_s:

@@ -6,7 +6,7 @@ from dmil.controllers.protocol import (
     Controller,
     MemoryController,
     MemoryUse,
-    Situation,
+    RunContext,
 )
 from dmil.controllers.registry import check_controller, make_controller, make_settings
 from dmil.controllers.tabular.prior import Prior
@@ -18,7 +18,7 @@ __all__ = [
     "MemoryController",
     "MemoryUse",
     "Prior",
-    "Situation",
+    "RunContext",
     "check_controller",
     "make_controller",
     "make_settings",

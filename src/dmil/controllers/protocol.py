@@ -21,7 +21,7 @@ Arrays = Mapping[str, npt.NDArray[np.generic]]
 
 
 @dataclass(frozen=True, slots=True)
-class Situation:
+class RunContext:
     """What a controller is told before a run begins.
 
     Attributes
@@ -55,7 +55,7 @@ class Situation:
 class Controller(Protocol):
     """Chooses the phase of every intersection, every decision interval."""
 
-    def begin(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Get ready for a run; what was learned in an earlier run on the same network stays."""
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
@@ -126,4 +126,4 @@ class MemoryController(Controller, Protocol):
         """Return all that was learned as flat arrays, as `restore` takes them."""
 
     def restore(self, arrays: Arrays) -> None:
-        """Replace all that was learned; call after `begin`."""
+        """Replace all that was learned; call after `reset`."""

@@ -110,6 +110,6 @@ def _own_controller(path: str, options: Mapping[str, object]) -> Controller:
         raise InputError(
             f"{type(made).__name__} lacks the verbs of a controller",
             where=f"controller '{path}'",
-            expected="methods begin(situation) and decide(observation, reward)",
+            expected="methods reset(context) and decide(observation, reward)",
         )
     return made

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 
 from dmil.compilation import is_cold, mark_warm
-from dmil.controllers import Prior, Situation, make_controller
+from dmil.controllers import Prior, RunContext, make_controller
 from dmil.memory import make_value_table
 from dmil.parallel import Executor, LocalExecutor
 from dmil.rewards import make_reward
@@ -100,6 +100,6 @@ def _decide_from_memory() -> None:
     for options in DUAL_MEMORY:
         controller = make_controller("dual-memory", {"communication": True} | options, prior=prior)
         chance = stream(0, "exploration")
-        controller.begin(Situation(scenario.network, scenario.timing, chance))
+        controller.reset(RunContext(scenario.network, scenario.timing, chance))
         for time_s in range(0, scenario.horizon_s, scenario.timing.decision_interval_s):
             controller.decide(replace(empty, time_s=time_s), np.zeros(empty.phase.size))

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from dmil.controllers import Controller, Situation
+from dmil.controllers import Controller, RunContext
 from dmil.errors import InputError
 from dmil.interop.intersection import IntersectionEnv
 from dmil.interop.layout import VectorLayout
@@ -47,7 +47,7 @@ class PredictController:
     ) -> None:
         self._given, self._padded, self._masked = predict, padded, masked
 
-    def begin(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Lay out the vectors of this network.
 
         Raises
@@ -55,7 +55,7 @@ class PredictController:
         InputError
             If an intersection has no policy.
         """
-        ids = [item.id for item in situation.network.intersections]
+        ids = [item.id for item in context.network.intersections]
         if isinstance(self._given, Mapping):
             missing = next((name for name in ids if name not in self._given), None)
             if missing is not None:
@@ -68,7 +68,7 @@ class PredictController:
         else:
             self._predict = [self._given] * len(ids)
         self._layout = VectorLayout(
-            situation.network, situation.decision_interval_s, padded=self._padded
+            context.network, context.decision_interval_s, padded=self._padded
         )
 
     def decide(
@@ -116,8 +116,8 @@ class ControllerPolicy:
         seen = episodes.observation
         if episodes.rewards is None:
             scenario, rng = episodes.scenario, stream(episodes.seed, "exploration")
-            self._controller.begin(
-                Situation(
+            self._controller.reset(
+                RunContext(
                     scenario.network, scenario.timing, rng, episodes.vehicles, scenario.dynamics
                 )
             )

@@ -155,7 +155,7 @@ class Scratch(NamedTuple):
 
 def make_scratch(classes: Classes) -> Scratch:
     """Return working space for the keys of some classes (ours)."""
-    _, variants, places = classes.orientation_image.shape
+    _, variants, places = classes.movement_image.shape
     return Scratch(
         variants=np.zeros((variants, places), np.int32),
         key=np.zeros(places, np.int32),

@@ -120,7 +120,7 @@ class Intersection:
         Node id.
     movements
         Ordered by approach, then right, straight, left, u-turn: for four sides with three lanes
-        this is the paper's orientation j = 3*side + lane, sides E, N, W, S.
+        this is the paper's movement j = 3*side + lane, sides E, N, W, S.
     phases
         For every action the local indices of the movements that it serves.
     unsignalled
@@ -324,7 +324,7 @@ class RoadNetwork:
         return _read_only(np.array([link.free_flow_time_s for link in self.links], np.float64))
 
     @cached_property
-    def slot_links(self) -> npt.NDArray[np.int32]:
+    def movement_links(self) -> npt.NDArray[np.int32]:
         """Links from, to of movements: (2, intersections, most movements); for none len(links)."""
         most, index = max(len(node.movements) for node in self.intersections), self.link_index
         found = np.full((2, len(self.intersections), most), len(self.links), np.int32)

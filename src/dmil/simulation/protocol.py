@@ -22,9 +22,9 @@ class Observation:
 
     Attributes
     ----------
-    queue_veh: (intersections, orientations) int32
-        Vehicles queued; entries past an intersection's own orientations are 0.
-    approaching_veh: (intersections, orientations) int32
+    queue_veh: (intersections, movements) int32
+        Vehicles queued; entries past an intersection's own movements are 0.
+    approaching_veh: (intersections, movements) int32
         Vehicles on the link that reach its end within one decision interval.
     phase: (intersections,) int32
         Phase shown; −1 before the first decision and under the intersection's own program.
@@ -32,7 +32,7 @@ class Observation:
         Time since that phase turned green.
     time_s: int
         Time since the run began.
-    waiting_veh: (intersections, orientations) float64
+    waiting_veh: (intersections, movements) float64
         Vehicles queued, averaged over the interval that ended now; 0 at the first decision. Where
         a simulator looks at decisions only (SUMO), the mean of the counts at its two ends.
     """

@@ -57,9 +57,9 @@ class Signals(NamedTuple):
     Attributes
     ----------
     phase_count: (intersections,) int32
-    served: (intersections, phases, orientations) bool
+    served: (intersections, phases, movements) bool
         Who may go in a phase, the unsignalled movements included.
-    unsignalled: (intersections, orientations) bool
+    unsignalled: (intersections, movements) bool
         Who may always go.
     """
 
@@ -77,7 +77,7 @@ class Programs(NamedTuple):
         Where the stages of an intersection begin; it has none without a program.
     end_s: (stages,) int32
         When a stage ends, counted from the beginning of the cycle.
-    green: (stages, orientations) bool
+    green: (stages, movements) bool
         Who may go, the unsignalled movements included.
     begin_s: (intersections,) int32
         Place in the cycle at time 0.
@@ -104,10 +104,10 @@ def rules_of(timing: SignalTiming, network: RoadNetwork) -> Rules:
 def signals_of(network: RoadNetwork) -> Signals:
     """Return who may go in which phase, for all intersections of a network (ours)."""
     intersections = network.intersections
-    orientations = max(len(item.movements) for item in intersections)
+    movements = max(len(item.movements) for item in intersections)
     phases = max(len(item.phases) for item in intersections)
-    served = np.zeros((len(intersections), phases, orientations), np.bool_)
-    unsignalled = np.zeros((len(intersections), orientations), np.bool_)
+    served = np.zeros((len(intersections), phases, movements), np.bool_)
+    unsignalled = np.zeros((len(intersections), movements), np.bool_)
     for i, item in enumerate(intersections):
         unsignalled[i, list(item.unsignalled)] = True
         for p, phase in enumerate(item.phases):
@@ -128,7 +128,7 @@ def programs_of(network: RoadNetwork, start_s: int = 0) -> Programs:
     start_s
         Time of the programs at which a run begins.
     """
-    orientations = max(len(item.movements) for item in network.intersections)
+    movements = max(len(item.movements) for item in network.intersections)
     offset, ends, greens, begin = [0], [], [], []
     for item in network.intersections:
         stages = item.program.stages if item.program else stand_in(item)
@@ -137,7 +137,7 @@ def programs_of(network: RoadNetwork, start_s: int = 0) -> Programs:
             end_s[-1] = max(end_s[-1], 1)
         ends += end_s
         for stage in stages:
-            green = np.zeros(orientations, np.bool_)
+            green = np.zeros(movements, np.bool_)
             green[list(stage.green | item.unsignalled)] = True
             greens.append(green)
         offset.append(len(ends))
@@ -146,7 +146,7 @@ def programs_of(network: RoadNetwork, start_s: int = 0) -> Programs:
     return Programs(
         offset=np.array(offset, np.int32),
         end_s=np.array(ends, np.int32),
-        green=np.array(greens, np.bool_).reshape(len(ends), orientations),
+        green=np.array(greens, np.bool_).reshape(len(ends), movements),
         begin_s=np.array(begin, np.int32),
     )
 
@@ -240,7 +240,7 @@ def grant(
         before the first decision and under the own program).
     green_from_s: (intersections,) int32
         When the phase shown turned or turns green, changed in place.
-    go_from_s: (intersections, orientations) int32
+    go_from_s: (intersections, movements) int32
         From when on vehicles of a movement go; `NEVER_S` for red. Changed in place.
     switch_s: (intersections,) int32
         When the own program switches next; `NEVER_S` if it is not in charge. Changed in place.

@@ -22,9 +22,9 @@ class Classes(NamedTuple):
     ----------
     shape: (agents,) int32
         Which shape of intersection an agent controls.
-    orientation_count, phase_count, variant_count: (shapes,) int32
-        Orientations, phases and symmetries of a shape.
-    orientation_image: (shapes, variants, parts·orientations) int32
+    movement_count, phase_count, variant_count: (shapes,) int32
+        Movements, phases and symmetries of a shape.
+    movement_image: (shapes, variants, parts·movements) int32
         Every part of a key is permuted alike.
     phase_image, phase_preimage: (shapes, variants, phases) int32
         The image of a phase under a symmetry, and the phase with that image.
@@ -33,10 +33,10 @@ class Classes(NamedTuple):
     """
 
     shape: IntArray
-    orientation_count: IntArray
+    movement_count: IntArray
     phase_count: IntArray
     variant_count: IntArray
-    orientation_image: IntArray
+    movement_image: IntArray
     phase_image: IntArray
     phase_preimage: IntArray
     scale_levels: int
@@ -61,26 +61,26 @@ def build_classes(
         Index into ``groups`` for each agent.
     """
     used = [group.size if embedding.rotations else 1 for group in groups]
-    orientations = [group.orientation_image.shape[1] for group in groups]
+    movements = [group.movement_image.shape[1] for group in groups]
     phases = [group.phase_image.shape[1] for group in groups]
-    variants, most = max(used), max(orientations)
-    orientation_image = np.zeros((len(groups), variants, embedding.parts * most), np.int32)
+    variants, most = max(used), max(movements)
+    movement_image = np.zeros((len(groups), variants, embedding.parts * most), np.int32)
     phase_image = np.zeros((len(groups), variants, max(phases)), np.int32)
     phase_preimage = np.zeros_like(phase_image)
-    orientation_image[:] = np.arange(embedding.parts * most)
+    movement_image[:] = np.arange(embedding.parts * most)
     for s, group in enumerate(groups):
         for g in range(used[s]):
             for start in range(0, embedding.parts * most, most):
-                end = start + orientations[s]
-                orientation_image[s, g, start:end] = start + group.orientation_image[g]
+                end = start + movements[s]
+                movement_image[s, g, start:end] = start + group.movement_image[g]
             phase_image[s, g, : phases[s]] = group.phase_image[g]
             phase_preimage[s, g, group.phase_image[g]] = np.arange(phases[s])
     return Classes(
         shape=np.asarray(shape, np.int32),
-        orientation_count=np.array(orientations, np.int32),
+        movement_count=np.array(movements, np.int32),
         phase_count=np.array(phases, np.int32),
         variant_count=np.array(used, np.int32),
-        orientation_image=orientation_image,
+        movement_image=movement_image,
         phase_image=phase_image,
         phase_preimage=phase_preimage,
         scale_levels=embedding.scale_levels,
@@ -99,8 +99,8 @@ def embed(classes: Classes, state: IntArray, key: IntArray) -> None:
     ----------
     classes
         The embedding.
-    state: (orientations,) int32
-    key: (parts·orientations,) int32
+    state: (movements,) int32
+    key: (parts·movements,) int32
         Filled in place; of two parts the first is not scaled.
     """
     levels, width, offset = classes.scale_levels, classes.cell_width, classes.cell_offset
@@ -129,13 +129,13 @@ def vary(classes: Classes, shape: int, key: IntArray, variants: IntArray) -> int
     classes
         The embedding.
     shape: int
-    key: (parts·orientations,) int32
-    variants: (at least the number of symmetries, parts·orientations) int32
+    key: (parts·movements,) int32
+    variants: (at least the number of symmetries, parts·movements) int32
         Filled in place; the first is the key itself.
     """
     count = classes.variant_count[shape]
     for g in range(count):
-        image = classes.orientation_image[shape, g]
+        image = classes.movement_image[shape, g]
         for j in range(key.shape[0]):
             variants[g, image[j]] = key[j]
     return int(count)

@@ -16,23 +16,23 @@ MOST_SIDES = 7
 
 @dataclass(frozen=True, slots=True)
 class SymmetryGroup:
-    """A group of relabellings acting on the orientations and phases of an intersection.
+    """A group of relabellings acting on the movements and phases of an intersection.
 
     Attributes
     ----------
-    orientation_image: (elements, orientations) int32
-        Element g carries what orientation j held to orientation ``orientation_image[g, j]``.
+    movement_image: (elements, movements) int32
+        Element g carries what movement j held to movement ``movement_image[g, j]``.
     phase_image: (elements, phases) int32
         A phase p chosen before the relabelling is phase ``phase_image[g, p]`` after it.
     """
 
-    orientation_image: IntArray
+    movement_image: IntArray
     phase_image: IntArray
 
     @property
     def size(self) -> int:
         """Number of elements; the identity is the first."""
-        return len(self.orientation_image)
+        return len(self.movement_image)
 
 
 def find_group(
@@ -46,11 +46,11 @@ def find_group(
 
     Parameters
     ----------
-    origin, goal: (orientations,) int
+    origin, goal: (movements,) int
         Side that a movement comes from and side that it leaves by, numbered 0, 1, …
-    turn: (orientations,) int or str
+    turn: (movements,) int or str
         Kind of turn.
-    served: (phases, orientations) bool
+    served: (phases, movements) bool
         Movements that a phase serves.
     """
     origins, goals = np.asarray(origin), np.asarray(goal)
@@ -65,7 +65,7 @@ def find_group(
     # Movements or phases that cannot be told apart leave no unique image.
     unique = len(place) == origins.size and len(phase_place) == len(phases)
     candidates = permutations(range(sides)) if unique and sides <= MOST_SIDES else [identity]
-    orientation_images, phase_images = [], []
+    movement_images, phase_images = [], []
     for sides_image in candidates:
         keys = zip(
             (sides_image[side] for side in origins),
@@ -82,6 +82,6 @@ def find_group(
         if not unique:
             phase_image = list(range(len(phases)))
         if -1 not in phase_image:
-            orientation_images.append(image)
+            movement_images.append(image)
             phase_images.append(phase_image)
-    return SymmetryGroup(np.array(orientation_images, np.int32), np.array(phase_images, np.int32))
+    return SymmetryGroup(np.array(movement_images, np.int32), np.array(phase_images, np.int32))

@@ -56,5 +56,5 @@ def _check_chance(trial: Trial, first: Controller) -> None:
         rng.bit_generator.state == drawn,
         ControllerRule.CHANCE,
         "it drew from the generator of an earlier run",
-        "draws from the generator that begin was given last",
+        "draws from the generator that reset was given last",
     )

@@ -32,8 +32,8 @@ def check_memory(trial: Trial) -> None:
     kept, loaded = copy.deepcopy(arrays), _through_a_file(trial, arrays)
     given = copy.deepcopy(loaded)
     restored = _remembering(trial)
-    with trial.witness.no_exception(ControllerRule.RESTORE, "restore after begin"):
-        restored.begin(trial.situation(chance("restore")))
+    with trial.witness.no_exception(ControllerRule.RESTORE, "restore after reset"):
+        restored.reset(trial.context(chance("restore")))
         restored.restore(loaded)
         use = restored.memory_use()
     _expect_same_entries(trial, learner.memory_use(), use)

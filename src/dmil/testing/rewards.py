@@ -19,7 +19,7 @@ from dmil.testing.trials import chance, no_reward
 from dmil.training import run, vehicles_of_seed
 
 CROWD_VEH = 1000
-"""Vehicles per orientation of a network that is full."""
+"""Vehicles per movement of a network that is full."""
 
 
 class RewardRule(StrEnum):

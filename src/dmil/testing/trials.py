@@ -7,7 +7,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from dmil.controllers import Controller, Situation
+from dmil.controllers import Controller, RunContext
 from dmil.controllers.protocol import FloatArray, IntArray
 from dmil.demand import Vehicles
 from dmil.network import RoadNetwork
@@ -24,13 +24,13 @@ MEMORY_VERBS = ("memory_use", "arrays", "restore")
 class ControllerRule(StrEnum):
     """What every controller keeps; the last five are for those with a memory."""
 
-    VERBS = "it has the methods begin(situation) and decide(observation, reward)"
+    VERBS = "it has the methods reset(context) and decide(observation, reward)"
     FRESH = "every call of make gives a new controller"
-    RUNS = "begin and decide work on every network, run after run, whatever the rewards"
+    RUNS = "reset and decide work on every network, run after run, whatever the rewards"
     PHASES = "decide returns an array with one whole number per intersection"
     EXISTING = "it chooses phases that the intersection has"
     INPUTS = "it does not change the observation or the reward that it is given"
-    CHANCE = "chance comes only from the generator that begin was given for this run"
+    CHANCE = "chance comes only from the generator that reset was given for this run"
     REPEAT = "new controllers with equal generators choose equal phases in equal runs"
     MEMORY_VERBS = "it has all of memory_use, arrays and restore, or none"
     MEMORY_USE = "memory_use counts what is remembered, and only looks"
@@ -73,12 +73,12 @@ class Trial:
         with witness.no_exception(ControllerRule.FRESH, "make()"):
             made = self._make()
         witness.subject = type(made).__name__
-        missing = [verb for verb in ("begin", "decide") if not callable(getattr(made, verb, None))]
+        missing = [verb for verb in ("reset", "decide") if not callable(getattr(made, verb, None))]
         witness.expect(
             not missing,
             ControllerRule.VERBS,
             f"no method {' and no method '.join(missing)}",
-            "methods begin(situation) and decide(observation, reward)",
+            "methods reset(context) and decide(observation, reward)",
         )
         there = [verb for verb in MEMORY_VERBS if callable(getattr(made, verb, None))]
         witness.expect(
@@ -90,9 +90,9 @@ class Trial:
         controller: Controller = made  # type: ignore[assignment]
         return controller
 
-    def situation(self, rng: np.random.Generator) -> Situation:
+    def context(self, rng: np.random.Generator) -> RunContext:
         """Return what a controller is told before a run."""
-        return Situation(
+        return RunContext(
             self.network, self._scenario.timing, rng, self._vehicles, self._scenario.dynamics
         )
 
@@ -182,16 +182,16 @@ class RunWatch:
         self._after_decision = after_decision
         self.phases: list[IntArray] = []
 
-    def begin(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Begin, and note what the intersections have."""
-        self._intersections = situation.network.intersections
+        self._intersections = context.network.intersections
         self._phase_count = np.array([len(item.phases) for item in self._intersections])
         self._witness.where = f"begin of {self._place}"
         with (
-            self._witness.no_exception(ControllerRule.RUNS, "begin"),
+            self._witness.no_exception(ControllerRule.RUNS, "reset"),
             self._witness.no_global_chance(ControllerRule.CHANCE),
         ):
-            self._inner.begin(situation)
+            self._inner.reset(context)
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Decide, and check everything that can be seen."""

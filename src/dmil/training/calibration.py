@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.controllers import make_controller
-from dmil.controllers.protocol import Situation
+from dmil.controllers.protocol import RunContext
 from dmil.demand import Vehicles
 from dmil.errors import InputError
 from dmil.scenarios import Scenario
@@ -117,7 +117,7 @@ def _drive(simulator: Simulator, scenario: Scenario, vehicles: Vehicles, seed: i
     observation = simulator.reset(vehicles, seed)
     controller = make_controller(name)
     rng = stream(seed, "exploration")
-    controller.begin(Situation(network, scenario.timing, rng, vehicles, scenario.dynamics))
+    controller.reset(RunContext(network, scenario.timing, rng, vehicles, scenario.dynamics))
     while observation.time_s < simulator.horizon_s:
         observation = simulator.advance(controller.decide(observation, None))
     return name
@@ -178,7 +178,7 @@ class Passages:
     @cached_property
     def governed(self) -> BoolArray:
         """Whether a place's link ends at signals that the journey crosses."""
-        return self.ways.own & (self.ways.slot >= 0)
+        return self.ways.own & (self.ways.movement >= 0)
 
     @cached_property
     def crossings(self) -> LongArray:
@@ -203,10 +203,10 @@ class Passages:
         began[1:] &= ~green[:-1]
         seconds = np.arange(len(green))[:, None, None]
         since_s = np.maximum.accumulate(np.where(began, seconds, 0), axis=0)
-        slot = self.ways.slot[self.crossings]
+        movement = self.ways.movement[self.crossings]
         second = self.survey.crossed_s[self.crossings].astype(np.int64)
         second = np.clip(second, 0, len(green) - 1)
-        found: LongArray = since_s[second, slot // green.shape[2], slot % green.shape[2]]
+        found: LongArray = since_s[second, movement // green.shape[2], movement % green.shape[2]]
         return found
 
 
@@ -321,7 +321,7 @@ def _undisturbed(passages: Passages) -> BoolArray:
     alone = (green_s >= GREEN_SINCE_S) & ((gap_s >= FREE_GAP_S) | ahead_free)
     legs = np.zeros(passages.first.size, np.bool_)
     legs[passages.leg_begin[places[alone]]] = True
-    out = passages.ways.slot < 0
+    out = passages.ways.movement < 0
     result: BoolArray = legs[passages.leg_begin] | out
     return result
 
@@ -329,10 +329,10 @@ def _undisturbed(passages: Passages) -> BoolArray:
 def _gives_way(passages: Passages) -> BoolArray:
     """Tell of every place whether its movement gives way to others."""
     intersections = passages.scenario.network.intersections
-    orientations = passages.survey.green.shape[2]
-    gives = np.zeros(len(intersections) * orientations + 1, np.bool_)
+    width = passages.survey.green.shape[2]
+    gives = np.zeros(len(intersections) * width + 1, np.bool_)
     for i, item in enumerate(intersections):
         for j, foes in enumerate(item.gives_way):
-            gives[i * orientations + j] = bool(foes)
-    result: BoolArray = gives[passages.ways.slot]
+            gives[i * width + j] = bool(foes)
+    result: BoolArray = gives[passages.ways.movement]
     return result

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from dmil.controllers import Controller, MemoryUse, Situation
+from dmil.controllers import Controller, MemoryUse, RunContext
 from dmil.demand import Vehicles
 from dmil.rewards import Reward, checked_reward
 from dmil.simulation import Measures, Simulator
@@ -79,7 +79,7 @@ def run(
     """
     network = simulator.network
     scenario = simulator.scenario
-    controller.begin(Situation(network, scenario.timing, rng, vehicles, scenario.dynamics))
+    controller.reset(RunContext(network, scenario.timing, rng, vehicles, scenario.dynamics))
     observation = simulator.reset(vehicles, seed)
     for each in observers:
         each.begin(simulator, controller, observation)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from dmil.controllers import CONTROLLERS, MemoryController, Situation, make_controller
+from dmil.controllers import CONTROLLERS, MemoryController, RunContext, make_controller
 from dmil.controllers.tabular.agents import agents_of
 from dmil.errors import InputError, PolicyError
 from dmil.files import write_atomically
@@ -261,7 +261,7 @@ def controller_of(
     if not isinstance(controller, MemoryController):
         raise InputError(f"controller '{policy.controller}' has no memory to restore", where=where)
     # A run's own begin follows; this one only tells the controller what it controls.
-    controller.begin(Situation(network, SignalTiming(), stream(0, "restore")))
+    controller.reset(RunContext(network, SignalTiming(), stream(0, "restore")))
     controller.restore(policy.arrays)
     return controller
 

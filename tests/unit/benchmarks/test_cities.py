@@ -19,9 +19,9 @@ def test_every_decision_after_the_first_learns(monkeypatch):
     made = []
 
     class Kept(cities.FactoredController):
-        def begin(self, situation):
+        def reset(self, context):
             made.append(self)
-            super().begin(situation)
+            super().reset(context)
 
     monkeypatch.setattr(cities, "FactoredController", Kept)
     cities.city_figures(side=2, decisions=5)

@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import pytest
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.scenarios import scenario
 from dmil.seeding import stream
 from dmil.simulation import QueueSimulator
@@ -18,7 +18,7 @@ MADE = scenario("grid:2x2", horizon_s=300)
 @pytest.mark.parametrize("name", ["factored", "lookahead", "sotl", "gap-out"])
 def test_copies_of_a_controller_at_work_go_on_as_it_does(name):
     controller, simulator = make_controller(name), QueueSimulator(MADE)
-    controller.begin(Situation(MADE.network, MADE.timing, stream(0), dynamics=MADE.dynamics))
+    controller.reset(RunContext(MADE.network, MADE.timing, stream(0), dynamics=MADE.dynamics))
     seen = simulator.reset(vehicles_of_seed(MADE, 0))
     for _ in range(10):
         seen = simulator.advance(controller.decide(seen, None))

@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 
-from dmil.controllers import Situation
+from dmil.controllers import RunContext
 from dmil.network import grid
 from dmil.scenarios import SignalTiming
 from dmil.seeding import stream
@@ -58,14 +58,14 @@ def seen(state, time_s):
     return Observation(queue, queue * 0, shown, shown, time_s, np.zeros((1, 12)))
 
 
-def situation(*names):
+def context(*names):
     """Return what a controller is told, with a stream of chance of that name."""
-    return Situation(grid(1, 1), SignalTiming(), stream(0, "two queues", *names))
+    return RunContext(grid(1, 1), SignalTiming(), stream(0, "two queues", *names))
 
 
 def drive(controller, arrivals, run, decisions):
     """Let a controller decide; return the states it met, and the mean of vehicles that stayed."""
-    controller.begin(situation("exploration", run))
+    controller.reset(context("exploration", run))
     rng = stream(0, "two queues", "arrivals", run)
     state, reward, met, stayed = (0, 0), None, [], []
     for k in range(decisions):
@@ -80,7 +80,7 @@ def drive(controller, arrivals, run, decisions):
 def wrong_states(controller, arrivals, states):
     """Return those of some states in which a frozen controller's choice is not among the best."""
     best = best_phases(arrivals)
-    controller.begin(situation("judged"))
+    controller.reset(context("judged"))
     return [
         state
         for state in sorted(set(states))
@@ -95,6 +95,6 @@ def trained(make, options, arrivals, *, decisions, runs=4):
     for run in range(runs):
         met += drive(learner, arrivals, run, decisions // runs)[0]
     frozen = make({**options, "learning": False})
-    frozen.begin(situation("frozen"))
+    frozen.reset(context("frozen"))
     frozen.restore(learner.arrays())
     return frozen, met

@@ -57,9 +57,9 @@ def test_a_masked_policy_gets_the_phases_that_exist():
 
 def test_a_controller_that_learns_gets_the_rewards_of_the_loop():
     class Listening:
-        def begin(self, situation):
+        def reset(self, context):
             self.heard = []
-            self.rng = situation.rng
+            self.rng = context.rng
 
         def decide(self, observation, reward):
             self.heard.append((observation.time_s, reward))

@@ -56,7 +56,7 @@ def test_junctions_without_signals_lie_within_legs(through_junctions):
     routes = (["P>J", "J>X", "X>K", "K>Z"], ["J>X", "X>K"], ["Q>J"])
     vehicles = vehicles_on(made.network, *((0, route) for route in routes))
     trips = build_trips(made, layout, vehicles)
-    assert trips.slot_offset.tolist() == [0, 1, 2, 2]
+    assert trips.movement_offset.tolist() == [0, 1, 2, 2]
     # 30 + 50 m and 10 + 14 m at 10 m/s; 50 m and 10 m; 20 m.
     assert trips.leg_s.tolist() == [8, 2, 5, 1, 2]
     legs = [made.network.links[k].id for k in trips.leg_link]

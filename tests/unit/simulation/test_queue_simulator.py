@@ -235,8 +235,8 @@ def test_journeys_name_the_queues_on_the_way():
     trips = build_trips(made, build_layout(made), vehicles)
     assert trips.depart_s.tolist() == [3, 8]
     # From the West straight on is 7, from the West left 8, from the North right 3.
-    assert trips.slots.tolist() == [7, 12 + 8, 3]
-    assert trips.slot_offset.tolist() == [0, 2, 3]
+    assert trips.movements.tolist() == [7, 12 + 8, 3]
+    assert trips.movement_offset.tolist() == [0, 2, 3]
     legs = [network.links[k].id for k in trips.leg_link]
     assert legs == ["W0>0,0", "0,0>0,1", "0,1>N1", "N0>0,0", "0,0>W0"]
     assert trips.leg_s.tolist() == [0, 5, 0, 0, 0]

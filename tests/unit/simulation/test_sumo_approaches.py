@@ -68,7 +68,7 @@ NOBODY = [[0, 0], [0, 0]]
 
 
 def test_the_next_stop_line_of_every_place(ways):
-    assert ways.slot.tolist() == [3, 3, 0, -1, 2, 2, -1, -1]
+    assert ways.movement.tolist() == [3, 3, 0, -1, 2, 2, -1, -1]
     assert ways.own.tolist() == [False, True, True, False, False, True, False, False]
     assert ways.ahead_m[:3].tolist() == [350.0, 50.0, 400.0]
     assert ways.ahead_s[:3].tolist() == [35.0, 5.0, 40.0]

@@ -135,11 +135,11 @@ def test_shapes_of_other_sizes_stand_side_by_side():
     alone = SymmetryGroup(np.arange(3, dtype=np.int32)[None], np.arange(4, dtype=np.int32)[None])
     classes = build_classes(Embedding("turned", rotations=True), [swap, alone], [1, 0, 0])
     assert classes.shape.tolist() == [1, 0, 0]
-    assert classes.orientation_count.tolist() == [2, 3]
+    assert classes.movement_count.tolist() == [2, 3]
     assert classes.phase_count.tolist() == [1, 4]
     assert classes.variant_count.tolist() == [2, 1]
-    # Beyond its own orientations a shape leaves everything in place.
-    assert classes.orientation_image[0].tolist() == [[0, 1, 2], [1, 0, 2]]
+    # Beyond its own movements a shape leaves everything in place.
+    assert classes.movement_image[0].tolist() == [[0, 1, 2], [1, 0, 2]]
     variants = np.zeros((2, 3), np.int32)
     assert vary(classes, 0, np.array([5, 6, 0], np.int32), variants) == 2
     assert variants.tolist() == [[5, 6, 0], [6, 5, 0]]

@@ -125,7 +125,7 @@ def brute_force(origin, goal, turn, served):
 def test_the_group_is_what_brute_force_finds(name):
     arguments, size = JUNCTIONS[name]
     group = find_group(*arguments)
-    found = {tuple(image) for image in group.orientation_image.tolist()}
+    found = {tuple(image) for image in group.movement_image.tolist()}
     assert found == brute_force(*arguments)
     assert len(found) == group.size == size
 
@@ -147,7 +147,7 @@ def test_a_junction_small_enough_by_brute_force_over_its_movements():
         if is_relabelling and keeps_turns and moved == phases:
             found.add(image)
     group = find_group(origin, goal, turn, served)
-    assert {tuple(image) for image in group.orientation_image.tolist()} == found
+    assert {tuple(image) for image in group.movement_image.tolist()} == found
 
 
 @EACH
@@ -156,7 +156,7 @@ def test_the_laws_of_groups(name):
     elements = [
         (tuple(places), tuple(phases))
         for places, phases in zip(
-            group.orientation_image.tolist(), group.phase_image.tolist(), strict=True
+            group.movement_image.tolist(), group.phase_image.tolist(), strict=True
         )
     ]
     identity = elements[0]
@@ -164,7 +164,7 @@ def test_the_laws_of_groups(name):
     for element in elements:
         assert all(sorted(image) == list(range(len(image))) for image in element)
         assert [after(element, other) for other in elements].count(identity) == 1
-        # Closure also of the pair: phases follow the orientations.
+        # Closure also of the pair: phases follow the movements.
         assert all(after(element, other) in elements for other in elements)
 
 
@@ -179,7 +179,7 @@ def after(second, first):
 def test_the_image_of_a_phase_serves_the_images_of_its_movements(name):
     (*_, served), _ = JUNCTIONS[name]
     group = find_group(*JUNCTIONS[name][0])
-    for places, phases in zip(group.orientation_image, group.phase_image, strict=True):
+    for places, phases in zip(group.movement_image, group.phase_image, strict=True):
         for phase, row in enumerate(served):
             image = {int(places[j]) for j in np.flatnonzero(row)}
             assert image == set(np.flatnonzero(served[phases[phase]]).tolist())
@@ -189,8 +189,8 @@ def test_the_papers_intersection_has_its_four_rotations():
     group = agents_of(grid(1, 1)).groups[0]
     assert group.size == 4
     rotations = {tuple((j + 3 * k) % 12 for j in range(12)) for k in range(4)}
-    assert {tuple(image) for image in group.orientation_image.tolist()} == rotations
-    quarter = group.orientation_image.tolist().index([(j + 3) % 12 for j in range(12)])
+    assert {tuple(image) for image in group.movement_image.tolist()} == rotations
+    quarter = group.movement_image.tolist().index([(j + 3) % 12 for j in range(12)])
     # E→N, N→W, W→S, S→E: (E/W F) becomes (N/S F), (E F+L) becomes (N F+L), and so on.
     assert group.phase_image[quarter].tolist() == [2, 3, 0, 1, 5, 6, 7, 4]
 
@@ -205,16 +205,16 @@ def test_a_mirror_is_no_symmetry():
     # It is a relabelling of the sides, but makes left turns of right turns.
     assert sorted(mirrored) == list(range(12))
     assert any(turn[j] != turn[mirrored[j]] for j in range(12))
-    assert mirrored not in find_group(*PAPER).orientation_image.tolist()
+    assert mirrored not in find_group(*PAPER).movement_image.tolist()
     # Nor does it fit the phases if the turns had no names: right turns always go, left ones do not.
     nameless = find_group(origin, goal, ["any"] * 12, served)
-    assert mirrored not in nameless.orientation_image.tolist()
+    assert mirrored not in nameless.movement_image.tolist()
 
 
 def test_what_cannot_be_told_apart_gets_the_identity_only():
     origin, goal, turn, served = junction(3, {1: "right"}, [{(s, (s + 1) % 3)} for s in range(3)])
     twice = find_group(origin + origin, goal + goal, turn + turn, np.hstack([served, served]))
-    assert twice.orientation_image.tolist() == [list(range(6))]
+    assert twice.movement_image.tolist() == [list(range(6))]
     same_phases = find_group(origin, goal, turn, np.vstack([served, served]))
     assert same_phases.phase_image.tolist() == [list(range(6))]
 

@@ -68,9 +68,9 @@ class Bandit:
     def __init__(self):
         self.value = None
 
-    def begin(self, situation):
-        self.rng = situation.rng
-        self.phases = np.array([len(item.phases) for item in situation.network.intersections])
+    def reset(self, context):
+        self.rng = context.rng
+        self.phases = np.array([len(item.phases) for item in context.network.intersections])
         if self.value is None:
             self.value = np.zeros((self.phases.size, self.phases.max()))
         self.chosen = None
@@ -126,10 +126,10 @@ class NoBegin:
 
 
 class FailsInASecondRun(LongestQueueFirstController):
-    def begin(self, situation):
+    def reset(self, context):
         assert not hasattr(self, "begun"), "begun twice"
         self.begun = True
-        super().begin(situation)
+        super().reset(context)
 
 
 class NeedsAReward(LongestQueueFirstController):
@@ -165,30 +165,30 @@ class PythonsChance(RandomController):
 
 
 class ItsOwnChance(RandomController):
-    def begin(self, situation):
-        super().begin(situation)
+    def reset(self, context):
+        super().reset(context)
         self._rng = np.random.default_rng()
 
 
 class SeedsNumpy(LongestQueueFirstController):
-    def begin(self, situation):
+    def reset(self, context):
         np.random.seed(1)
-        super().begin(situation)
+        super().reset(context)
 
 
 class FirstChance(RandomController):
-    def begin(self, situation):
-        rng = getattr(self, "_rng", situation.rng)
-        super().begin(situation)
+    def reset(self, context):
+        rng = getattr(self, "_rng", context.rng)
+        super().reset(context)
         self._rng = rng
 
 
 class SharedMemory(Bandit):
     memories: ClassVar = {}
 
-    def begin(self, situation):
-        super().begin(situation)
-        self.value = self.memories.setdefault(situation.network.name, self.value)
+    def reset(self, context):
+        super().reset(context)
+        self.value = self.memories.setdefault(context.network.name, self.value)
 
 
 def changed_reward(phases, observation, reward):
@@ -210,8 +210,8 @@ class Frozen(LongestQueueFirstController):
 ONLY_ONE = Frozen()
 
 WRONG = [
-    (ControllerRule.VERBS, NoBegin, "no method begin"),
-    (ControllerRule.VERBS, dict, "no method begin and no method decide"),
+    (ControllerRule.VERBS, NoBegin, "no method reset"),
+    (ControllerRule.VERBS, dict, "no method reset and no method decide"),
     (ControllerRule.FRESH, lambda: ONLY_ONE, "the same object twice"),
     (ControllerRule.FRESH, ONLY_ONE, "not callable"),
     (ControllerRule.RUNS, FailsInASecondRun, "begin raised AssertionError: begun twice"),
@@ -258,7 +258,7 @@ WRONG = [
         "what restore took was changed: arrays['value'][0, ",
     ),
     (ControllerRule.RESTORE, bandit(restore=lambda self, arrays: None), "were restored"),
-    (ControllerRule.RESTORE, bandit(restore=lambda self, arrays: 1 / 0), "restore after begin"),
+    (ControllerRule.RESTORE, bandit(restore=lambda self, arrays: 1 / 0), "restore after resen"),
 ]
 
 
@@ -277,8 +277,8 @@ def test_every_rule_has_a_wrong_controller():
 class ForgetsHowMany(Bandit):
     """Its memory_use is one that arrays() does not carry over."""
 
-    def begin(self, situation):
-        super().begin(situation)
+    def reset(self, context):
+        super().reset(context)
         self.extra = getattr(self, "extra", 0)
 
     def decide(self, observation, reward):

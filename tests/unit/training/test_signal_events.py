@@ -19,7 +19,7 @@ def record(wanted, **timing):
     recorder, wishes = EventRecorder(), iter(wanted)
 
     class AsWanted:
-        def begin(self, situation):
+        def reset(self, context):
             pass
 
         def decide(self, observation, reward):

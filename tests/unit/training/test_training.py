@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.errors import InputError, OutputError, PolicyError
 from dmil.rewards import REWARDS, make_reward
 from dmil.scenarios import SignalTiming, scenario
@@ -36,12 +36,12 @@ class Spy:
     def __init__(self):
         self.seen = []
 
-    def begin(self, situation):
-        self.situation = situation
+    def reset(self, context):
+        self.context = context
 
     def decide(self, observation, reward):
         self.seen.append((observation, reward))
-        return np.zeros(len(self.situation.network.intersections), np.int32)
+        return np.zeros(len(self.context.network.intersections), np.int32)
 
 
 def test_the_loop_gives_each_choice_the_reward_of_the_interval_before():
@@ -87,7 +87,7 @@ def test_an_agent_starts_from_the_dummy(name):
     network = SCENARIO.network
     for controller, expected in (("sarsa", rows), ("dual-memory", -(-rows // 2))):
         agent = make_controller(controller, {"embedding": "exact"}, prior=prior)
-        agent.begin(Situation(network, SignalTiming(), stream(0, "x")))
+        agent.reset(RunContext(network, SignalTiming(), stream(0, "x")))
         assert agent.memory_use().entries == expected
 
 

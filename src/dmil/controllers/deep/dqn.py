@@ -15,7 +15,7 @@ import torch
 from dmil.controllers.deep.learner import DeepLearner
 from dmil.controllers.deep.q_network import QNetwork
 from dmil.controllers.deep.settings import DqnSettings
-from dmil.controllers.protocol import Arrays, IntArray, MemoryUse, Situation
+from dmil.controllers.protocol import Arrays, IntArray, MemoryUse, RunContext
 from dmil.memory.replay import Columns, Replay
 from dmil.memory.saved import named, part, saved_array
 
@@ -92,7 +92,7 @@ class DqnController(DeepLearner):
             self._restore_of(shape, part(str(shape), arrays))
         self._decisions = decisions
 
-    def _start(self, situation: Situation) -> None:
+    def _start(self, context: RunContext) -> None:
         settings, agents = self.settings, self.agents
         phases = [int(self._phase_count[members[0]]) for members in agents.members]
         self._networks = [QNetwork(self._inputs, n, settings, self._rng) for n in phases]

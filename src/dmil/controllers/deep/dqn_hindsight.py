@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from dmil.controllers.deep.dqn import Batch, DqnController
 from dmil.controllers.deep.settings import HindsightSettings
-from dmil.controllers.protocol import Arrays, IntArray, Situation
+from dmil.controllers.protocol import Arrays, IntArray, RunContext
 from dmil.memory.hindsight import Runs
 from dmil.memory.replay import Columns, Replay
 from dmil.memory.saved import named, part
@@ -42,15 +42,15 @@ class HindsightController(DqnController):
     def __init__(self, settings: HindsightSettings | None = None) -> None:
         super().__init__(settings or HindsightSettings(), name="dqn-hindsight")
 
-    def begin(self, situation: Situation) -> None:
-        """Get ready for a run; see `SharedLearner.begin`."""
-        super().begin(situation)
+    def reset(self, context: RunContext) -> None:
+        """Get ready for a run; see `SharedLearner.reset`."""
+        super().reset(context)
         if self.settings.learning:
             for runs, replay in zip(self._runs, self._replays, strict=True):
                 runs.begin(replay.written)
 
-    def _start(self, situation: Situation) -> None:
-        super()._start(situation)
+    def _start(self, context: RunContext) -> None:
+        super()._start(context)
         self._runs = [Runs(replay.capacity) for replay in self._replays]
 
     @property

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from dmil.controllers.deep.dqn import Batch, DqnController, Floats, LongArray
 from dmil.controllers.deep.settings import PrioritisedSettings
-from dmil.controllers.protocol import Arrays, Situation
+from dmil.controllers.protocol import Arrays, RunContext
 from dmil.memory.saved import named, part
 from dmil.memory.sum_tree import Priorities
 
@@ -34,8 +34,8 @@ class PrioritisedController(DqnController):
     def __init__(self, settings: PrioritisedSettings | None = None) -> None:
         super().__init__(settings or PrioritisedSettings(), name="dqn-prioritised")
 
-    def _start(self, situation: Situation) -> None:
-        super()._start(situation)
+    def _start(self, context: RunContext) -> None:
+        super()._start(context)
         settings = self.settings
         self._priorities = [
             Priorities(

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from dmil.controllers.deep.network import one_thread
 from dmil.controllers.deep.settings import DeepSettings
 from dmil.controllers.episodic.by_shape import SharedLearner
-from dmil.controllers.protocol import FloatArray, IntArray, Situation
+from dmil.controllers.protocol import FloatArray, IntArray, RunContext
 from dmil.errors import DivergedError
 from dmil.simulation import Observation
 
@@ -63,9 +63,9 @@ class DeepLearner(NetworkLearner):
     would have followed is not seen.
     """
 
-    def begin(self, situation: Situation) -> None:
-        """Get ready for a run; see `SharedLearner.begin`."""
-        super().begin(situation)
+    def reset(self, context: RunContext) -> None:
+        """Get ready for a run; see `SharedLearner.reset`."""
+        super().reset(context)
         self._state, self._action = np.zeros((0, 0), np.int32), np.zeros(0, np.int32)
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:

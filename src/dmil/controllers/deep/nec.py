@@ -17,7 +17,7 @@ from dmil.controllers.deep.network import Adam, Mlp, one_thread
 from dmil.controllers.deep.q_network import features
 from dmil.controllers.deep.settings import NecSettings
 from dmil.controllers.episodic.returns import ReturnWindow, best_tried
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
+from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, RunContext
 from dmil.memory.dictionary import gather, recall_mean, write_towards
 from dmil.memory.neighbours import (
     Entries,
@@ -54,9 +54,9 @@ class NecController(NetworkLearner):
         super().__init__("nec", settings or NecSettings())
         self._lookups = np.zeros(len(SOURCES), np.int64)
 
-    def begin(self, situation: Situation) -> None:
-        """Get ready for a run; see `SharedLearner.begin`."""
-        super().begin(situation)
+    def reset(self, context: RunContext) -> None:
+        """Get ready for a run; see `SharedLearner.reset`."""
+        super().reset(context)
         self._window = ReturnWindow(self.settings.steps, self.settings.discount)
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
@@ -115,7 +115,7 @@ class NecController(NetworkLearner):
         self._take_decisions(arrays)
         self._entries = entries
 
-    def _start(self, situation: Situation) -> None:
+    def _start(self, context: RunContext) -> None:
         settings, shapes = self.settings, len(self.agents.signatures)
         self._actions = int(self._phase_count.max())
         layers = self.places, settings.hidden, settings.embedding

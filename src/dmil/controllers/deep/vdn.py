@@ -14,7 +14,7 @@ import torch
 from dmil.controllers.deep.learner import DeepLearner
 from dmil.controllers.deep.q_network import QNetwork, features
 from dmil.controllers.deep.settings import VdnSettings
-from dmil.controllers.protocol import Arrays, IntArray, MemoryUse, Situation
+from dmil.controllers.protocol import Arrays, IntArray, MemoryUse, RunContext
 from dmil.errors import PolicyError
 from dmil.memory.replay import Columns, Replay
 from dmil.memory.saved import named, part, saved_array
@@ -45,8 +45,8 @@ class VdnController(DeepLearner):
     def __init__(self, settings: VdnSettings | None = None) -> None:
         super().__init__("vdn", settings or VdnSettings())
 
-    def begin(self, situation: Situation) -> None:
-        """Get ready for a run; see `SharedLearner.begin`.
+    def reset(self, context: RunContext) -> None:
+        """Get ready for a run; see `SharedLearner.reset`.
 
         Raises
         ------
@@ -54,11 +54,11 @@ class VdnController(DeepLearner):
             If this controller learned on another network.
         """
         before = self._agents
-        super().begin(situation)
+        super().reset(context)
         if before is not None and not np.array_equal(before.shape, self.agents.shape):
             raise PolicyError(
                 "it learned with other intersections",
-                where=f"controller on network '{situation.network.name}'",
+                where=f"controller on network '{context.network.name}'",
                 expected="the network that it learned on, where each agent has its place",
                 mend="make a new controller for another network",
             )
@@ -90,7 +90,7 @@ class VdnController(DeepLearner):
         self._replay.restore(part("replay", arrays))
         self._decisions = decisions
 
-    def _start(self, situation: Situation) -> None:
+    def _start(self, context: RunContext) -> None:
         settings, members = self.settings, self.agents.members
         self._networks = [
             QNetwork(self.places + of.size, int(self._phase_count[of[0]]), settings, self._rng)

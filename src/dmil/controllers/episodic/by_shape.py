@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.compilation import kernel
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
+from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, RunContext
 from dmil.controllers.tabular.agents import Agents, agents_of
 from dmil.controllers.tabular.choice import DRAWS, explores, greedy_action, uniform_action
 from dmil.errors import DivergedError, PolicyError
@@ -71,7 +71,7 @@ class SharedLearner(ABC):
         # Decisions that were learned from, over all runs.
         self._decisions = 0
 
-    def begin(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Get ready for a run; what was learned in an earlier run on the same shapes stays.
 
         Raises
@@ -79,7 +79,7 @@ class SharedLearner(ABC):
         PolicyError
             If this controller learned on intersections of other shapes.
         """
-        network = situation.network
+        network = context.network
         agents, before = agents_of(network), self._agents
         if before is not None and before.signatures != agents.signatures:
             raise PolicyError(
@@ -89,16 +89,16 @@ class SharedLearner(ABC):
                 mend="make a new controller for another network",
             )
         self._agents = agents
-        self._situation, self._rng = situation, situation.rng
+        self._situation, self._rng = context, context.rng
         self._columns, self._there = signalled_columns(network)
         self._phase_count = np.array([len(i.phases) for i in network.intersections], np.int32)
         if before is None:
-            self._start(situation)
+            self._start(context)
 
     @property
     def agents(self) -> Agents:
         """The agents that this controller controls."""
-        assert self._agents is not None, "begin comes before anything else"
+        assert self._agents is not None, "reset comes before anything else"
         return self._agents
 
     @property
@@ -182,7 +182,7 @@ class SharedLearner(ABC):
         self._decisions = int(saved_array(arrays, DECISIONS, (1,), np.int64, least=0)[0])
 
     @abstractmethod
-    def _start(self, situation: Situation) -> None:
+    def _start(self, context: RunContext) -> None:
         """Make the memories to start from."""
 
 

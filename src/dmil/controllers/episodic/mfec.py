@@ -11,7 +11,7 @@ from pydantic import Field
 from dmil.compilation import kernel
 from dmil.controllers.episodic.by_shape import SharedLearner, SharedSettings, as_keys
 from dmil.controllers.episodic.returns import ReturnWindow, best_tried
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
+from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, RunContext
 from dmil.errors import DivergedError
 from dmil.memory.episodic import estimate, keep_best
 from dmil.memory.neighbours import (
@@ -69,9 +69,9 @@ class MfecController(SharedLearner):
         super().__init__("mfec", self.settings)
         self._lookups = np.zeros(len(SOURCES), np.int64)
 
-    def begin(self, situation: Situation) -> None:
-        """Get ready for a run; see `SharedLearner.begin`."""
-        super().begin(situation)
+    def reset(self, context: RunContext) -> None:
+        """Get ready for a run; see `SharedLearner.reset`."""
+        super().reset(context)
         self._window = ReturnWindow(self.settings.steps, self.settings.discount)
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
@@ -128,7 +128,7 @@ class MfecController(SharedLearner):
         self._take_decisions(arrays)
         self._entries = entries
 
-    def _start(self, situation: Situation) -> None:
+    def _start(self, context: RunContext) -> None:
         self._actions = int(self._phase_count.max())
         tables = len(self.agents.signatures) * self._actions
         self._entries = make_entries(tables, self.settings.capacity, self.places)

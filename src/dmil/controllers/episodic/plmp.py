@@ -13,7 +13,7 @@ from pydantic import Field
 
 from dmil.compilation import kernel
 from dmil.controllers.episodic.by_shape import SharedLearner, SharedSettings
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
+from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, RunContext
 from dmil.controllers.tabular.announcements import Announcements
 from dmil.controllers.tabular.choice import DRAWS, explores, greedy_action, uniform_action
 from dmil.errors import DivergedError
@@ -117,10 +117,10 @@ class PlmpController(SharedLearner):
         super().__init__("plmp", self.settings)
         self._lookups = np.zeros(len(SOURCES), np.int64)
 
-    def begin(self, situation: Situation) -> None:
-        """Get ready for a run; see `SharedLearner.begin`."""
-        super().begin(situation)
-        self._announcements = Announcements(situation)
+    def reset(self, context: RunContext) -> None:
+        """Get ready for a run; see `SharedLearner.reset`."""
+        super().reset(context)
+        self._announcements = Announcements(context)
         agents = self.agents.shape.size
         self._row = np.full(agents, ABSENT, np.int32)
         self._action = np.zeros(agents, np.int32)
@@ -190,7 +190,7 @@ class PlmpController(SharedLearner):
             settings.capacity,
         )
 
-    def _start(self, situation: Situation) -> None:
+    def _start(self, context: RunContext) -> None:
         shapes, actions = len(self.agents.signatures), int(self._phase_count.max())
         self._table = make_value_table(shapes, FIRST_CAPACITY, self.places, actions, 0)
 

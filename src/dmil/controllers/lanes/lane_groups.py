@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dmil.controllers.protocol import Situation
+from dmil.controllers.protocol import RunContext
 from dmil.network import Intersection, RoadNetwork
 
 IntArray = npt.NDArray[np.int32]
@@ -26,7 +26,7 @@ BoolArray = npt.NDArray[np.bool_]
 class LaneGroups(NamedTuple):
     """The lane groups of a network that need a signal, as flat arrays (ours).
 
-    A *slot* is a movement: ``intersection * movements of the widest intersection + movement``.
+    A movement has the flat index ``intersection * movements of the widest intersection + number``.
     Groups, and phases, are numbered over all intersections in the network's order.
 
     Attributes
@@ -35,9 +35,9 @@ class LaneGroups(NamedTuple):
         Where the groups of an intersection begin.
     phase_offset: (intersections + 1,) int32
         Where the phases of an intersection begin.
-    slot_offset: (groups + 1,) uint32
-        Where the movements of a group begin in ``slots``.
-    slots: (movements of all groups,) uint32
+    movement_offset: (groups + 1,) uint32
+        Where the movements of a group begin in ``movements``.
+    movements: (movements of all groups,) uint32
     lanes: (groups,) float32
         Number of lanes.
     lane_veh: (groups,) float32
@@ -59,13 +59,13 @@ class LaneGroups(NamedTuple):
     flow_offset: (phases + 1,) uint32
         Where the movements that may go in a phase, with and without a signal, begin in ``flows``.
     flows: (movements of all phases,) uint32
-        Slots.
-    ahead: (slots,) uint32
+        Movements.
+    ahead: (movements,) uint32
         Link of an intersection that a movement leads to, `links` if it leads out of the network,
         or to where many ways lead on.
     slots_ahead: (movements of all groups,) uint32
-        The same for ``slots``.
-    in_time_veh: (slots,) float32
+        The same for ``movements``.
+    in_time_veh: (movements,) float32
         Vehicles that a movement discharges in a decision interval of green, lanes that it shares
         counting in part, and that reach the end of the link ahead within it.
     unseen: (links + 1,) float32
@@ -80,8 +80,8 @@ class LaneGroups(NamedTuple):
 
     group_offset: IntArray
     phase_offset: IntArray
-    slot_offset: Indices
-    slots: Indices
+    movement_offset: Indices
+    movements: Indices
     lanes: Single
     lane_veh: Single
     link: Indices
@@ -93,7 +93,7 @@ class LaneGroups(NamedTuple):
     flow_offset: Indices
     flows: Indices
     ahead: Indices
-    slots_ahead: Indices
+    movement_ahead: Indices
     in_time_veh: Single
     unseen: Single
     all_seen: BoolArray
@@ -105,15 +105,15 @@ class LaneGroups(NamedTuple):
         return 2 if self.partly.any() else 1
 
 
-def lane_groups(situation: Situation) -> LaneGroups:
+def lane_groups(context: RunContext) -> LaneGroups:
     """Return the lane groups of a network (ours).
 
     Parameters
     ----------
-    situation
+    context
         Network, signal timing and saturation flow.
     """
-    network, interval_s = situation.network, situation.decision_interval_s
+    network, interval_s = context.network, context.decision_interval_s
     width = max(len(item.movements) for item in network.intersections)
     links = len(network.links)
     groups: list[list[int]] = []
@@ -123,7 +123,7 @@ def lane_groups(situation: Situation) -> LaneGroups:
     group_offset, phase_offset, lanes, group_link = [0], [0], [], []
     ahead = np.full(len(network.intersections) * width, links, np.uint32)
     capacity_veh = np.zeros(ahead.size)
-    flow_veh = situation.dynamics.saturation_flow_veh_per_s * interval_s
+    flow_veh = context.dynamics.saturation_flow_veh_per_s * interval_s
     to_signals = _ways_to_signals(network)
     for i, item in enumerate(network.intersections):
         first = len(groups)
@@ -152,8 +152,8 @@ def lane_groups(situation: Situation) -> LaneGroups:
     return LaneGroups(
         group_offset=np.array(group_offset, np.int32),
         phase_offset=np.array(phase_offset, np.int32),
-        slot_offset=_offsets(groups),
-        slots=_flat(groups),
+        movement_offset=_offsets(groups),
+        movements=_flat(groups),
         lanes=np.array(lanes, np.float32),
         lane_veh=np.full(len(lanes), flow_veh, np.float32),
         link=link,
@@ -165,7 +165,7 @@ def lane_groups(situation: Situation) -> LaneGroups:
         flow_offset=_offsets(flows),
         flows=_flat(flows),
         ahead=ahead,
-        slots_ahead=ahead[_flat(groups)],
+        movement_ahead=ahead[_flat(groups)],
         in_time_veh=(capacity_veh * unseen[ahead]).astype(np.float32),
         unseen=unseen,
         all_seen=unseen[link] == 0.0,

@@ -62,11 +62,11 @@ def aggregate(
     """Add up what is seen of every group, per lane."""
     for g in range(groups.lanes.shape[0]):
         queue, approaching, waiting = 0, 0, 0.0
-        for place in range(groups.slot_offset[g], groups.slot_offset[g + 1]):
-            slot = groups.slots[place]
-            queue += inputs.queue_veh[slot]
-            approaching += inputs.approaching_veh[slot]
-            waiting += inputs.waiting_veh[slot]
+        for place in range(groups.movement_offset[g], groups.movement_offset[g + 1]):
+            movement = groups.movements[place]
+            queue += inputs.queue_veh[movement]
+            approaching += inputs.approaching_veh[movement]
+            waiting += inputs.waiting_veh[movement]
         per_lane = ONE / groups.lanes[g]
         scratch.queue_veh[g] = np.float32(queue) * per_lane
         scratch.expected_veh[g] = np.float32(approaching * use_approaching) * per_lane
@@ -153,9 +153,11 @@ def announce(
             part = HALF if groups.partly[place] else ONE
             green[groups.link[g]] += part * groups.link_share[g]
         for place in range(groups.flow_offset[phase], groups.flow_offset[phase + 1]):
-            slot = groups.flows[place]
-            ready = inputs.queue_veh[slot] + use_approaching * inputs.approaching_veh[slot]
-            inflow_veh[groups.ahead[slot]] += min(np.float32(ready), groups.in_time_veh[slot])
+            movement = groups.flows[place]
+            ready = inputs.queue_veh[movement] + use_approaching * inputs.approaching_veh[movement]
+            inflow_veh[groups.ahead[movement]] += min(
+                np.float32(ready), groups.in_time_veh[movement]
+            )
 
 
 @kernel
@@ -180,10 +182,10 @@ def find_waves(groups: LaneGroups, weight: float, scratch: LaneScratch) -> None:
     for link in range(green.shape[0]):
         green[link] *= groups.unseen[link]
     for g in range(groups.lanes.shape[0]):
-        first, last = groups.slot_offset[g], groups.slot_offset[g + 1]
+        first, last = groups.movement_offset[g], groups.movement_offset[g + 1]
         ahead = ZERO
         for place in range(first, last):
-            ahead += green[groups.slots_ahead[place]]
+            ahead += green[groups.movement_ahead[place]]
         waits = scratch.queue_veh[g] + scratch.expected_veh[g] > ZERO
         wave = np.float32(weight) * ahead / np.float32(last - first)
         scratch.wave[g] = wave if waits else ZERO

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from dmil.compilation import TypedOnce
 from dmil.controllers.lanes.lane_groups import LaneGroups, lane_groups
 from dmil.controllers.lanes.lane_state import KEPT, PARTLY, SWITCHED, Inputs, LaneScratch, ShortTerm
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, Situation
+from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, RunContext
 from dmil.controllers.rules.shared_lanes import SharedLaneGuard
 from dmil.errors import DivergedError, PolicyError
 from dmil.scenarios import lost_s
@@ -81,7 +81,7 @@ class LaneMemory(ABC, Generic[Table]):
     def guard(self) -> bool:
         """Whether there is a guard for shared lanes."""
 
-    def begin(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Forget the arrivals of the last run; the table stays, on whatever network.
 
         Raises
@@ -89,29 +89,29 @@ class LaneMemory(ABC, Generic[Table]):
         PolicyError
             If lanes are treated in ways here that the table does not know.
         """
-        self._groups = groups = lane_groups(situation)
+        self._groups = groups = lane_groups(context)
         self._short, self._scratch = _short_term(groups), _scratch(groups, self._lookups)
-        self._guard = SharedLaneGuard(situation, enabled=self.guard)
+        self._guard = SharedLaneGuard(context, enabled=self.guard)
         self._asked: IntArray | None = None
-        lost = lost_s(situation.timing, situation.network)
+        lost = lost_s(context.timing, context.network)
         columns = 1 + (PARTLY if groups.partly.any() else SWITCHED if lost.any() else KEPT)
         if self._table is None:
             self._table = self._new_table(columns)
         elif self._table.residual.shape[1] < columns:
             raise PolicyError(
                 f"it knows {self._table.residual.shape[1]} of {columns} ways to treat a lane",
-                where=f"memory of '{self.name}' on network '{situation.network.name}'",
+                where=f"memory of '{self.name}' on network '{context.network.name}'",
                 expected="a memory that has learned where signals lose time as here",
                 mend="train it on this network, with its signal timing",
             )
         # One table serves all intersections: what a change costs there is taken in the mean.
-        after_switch = max(0.0, 1.0 - float(lost.mean()) / situation.decision_interval_s)
+        after_switch = max(0.0, 1.0 - float(lost.mean()) / context.decision_interval_s)
         self._decides = self._work(groups, after_switch)
 
     @property
     def table(self) -> Table:
         """The long-term memory."""
-        assert self._table is not None, "begin comes before anything else"
+        assert self._table is not None, "reset comes before anything else"
         return self._table
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:

@@ -53,9 +53,9 @@ class Inputs(NamedTuple):
 
     Attributes
     ----------
-    queue_veh, approaching_veh: (slots,) int32
-    waiting_veh: (slots,) float64
-    owed_veh: (slots,) float64, or (0,)
+    queue_veh, approaching_veh: (movements,) int32
+    waiting_veh: (movements,) float64
+    owed_veh: (movements,) float64, or (0,)
         Vehicles that green counts more, because shared lanes got stuck; empty where none can.
     shown, asked: (intersections,) int32
         Phase shown now; phase asked for at the last decision.

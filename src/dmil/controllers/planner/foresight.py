@@ -21,7 +21,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.controllers.planner.beam import search
 from dmil.controllers.planner.crossing import KnownIntersection
-from dmil.controllers.protocol import FloatArray, IntArray, Situation
+from dmil.controllers.protocol import FloatArray, IntArray, RunContext
 from dmil.controllers.rules.phase_choice import PhaseChoice, signalled
 from dmil.errors import InputError
 from dmil.network import Intersection
@@ -63,7 +63,7 @@ class ForesightController:
     def __init__(self, settings: ForesightSettings | None = None) -> None:
         self.settings = settings or ForesightSettings()
 
-    def begin(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Plan the run.
 
         Raises
@@ -71,9 +71,9 @@ class ForesightController:
         InputError
             If the scenario is not one that it can foresee; the error says why.
         """
-        self._interval_s = situation.decision_interval_s
-        self._afterwards = PhaseChoice(situation.network, situation.timing, 0.0)
-        self._plan, self.planned_veh_s = search(crossing_of(situation), self.settings.width)
+        self._interval_s = context.decision_interval_s
+        self._afterwards = PhaseChoice(context.network, context.timing, 0.0)
+        self._plan, self.planned_veh_s = search(crossing_of(context), self.settings.width)
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Look up the planned phase.
@@ -100,7 +100,7 @@ class ForesightController:
         return self._afterwards.best(observation.queue_veh, observation.phase)
 
 
-def crossing_of(situation: Situation) -> KnownIntersection:
+def crossing_of(context: RunContext) -> KnownIntersection:
     """Return what a search needs to know of a run (ours).
 
     Raises
@@ -110,7 +110,7 @@ def crossing_of(situation: Situation) -> KnownIntersection:
         movements that give way, or lost time beyond a decision interval; or if the journeys are not
         known, or one crosses the intersection twice.
     """
-    timing, network = situation.timing, situation.network
+    timing, network = context.timing, context.network
     if len(network.intersections) != 1:
         raise _refusal(f"the network has {len(network.intersections)} intersections", "one")
     item = network.intersections[0]
@@ -126,7 +126,7 @@ def crossing_of(situation: Situation) -> KnownIntersection:
             f"clearance and start-up take {lost_s} s",
             f"at most the decision interval, {timing.decision_interval_s} s",
         )
-    if situation.dynamics.storage:
+    if context.dynamics.storage:
         raise _refusal("links hold a finite number of vehicles", "QueueDynamics(storage=False)")
     _check_lanes(item)
     unsignalled = np.zeros(len(item.movements), np.bool_)
@@ -136,8 +136,8 @@ def crossing_of(situation: Situation) -> KnownIntersection:
         served=signalled(network)[0],
         unsignalled=unsignalled,
         lane_offset=np.cumsum(lanes).astype(np.int32),
-        arriving_veh=_arrivals(situation),
-        headway_s=1 / situation.dynamics.saturation_flow_veh_per_s,
+        arriving_veh=_arrivals(context),
+        headway_s=1 / context.dynamics.saturation_flow_veh_per_s,
         rules=rules,
     )
 
@@ -160,7 +160,7 @@ def _check_lanes(item: Intersection) -> None:
         raise _refusal("movements give way to others", "movements that do not")
 
 
-def _arrivals(situation: Situation) -> IntArray:
+def _arrivals(context: RunContext) -> IntArray:
     """Return how many vehicles reach the stop line in every second up to the last one.
 
     Returns
@@ -168,9 +168,9 @@ def _arrivals(situation: Situation) -> IntArray:
     arriving_veh: (seconds, movements) int32
         The seconds fill whole decision intervals.
     """
-    network, vehicles = situation.network, situation.vehicles
+    network, vehicles = context.network, context.vehicles
     if vehicles is None:
-        raise _refusal("it does not get the journeys of the run", "Situation.vehicles")
+        raise _refusal("it does not get the journeys of the run", "RunContext.vehicles")
     link_s = network.free_flow_time_s
     seconds: list[int] = []
     movements: list[int] = []
@@ -183,7 +183,7 @@ def _arrivals(situation: Situation) -> IntArray:
         for k, movement in met:
             seconds.append(depart_s + round(float(link_s[route[: k + 1]].sum())))
             movements.append(movement)
-    interval_s = situation.decision_interval_s
+    interval_s = context.decision_interval_s
     decisions = math.ceil((max(seconds, default=-1) + 1) / interval_s)
     shape = decisions * interval_s, len(network.intersections[0].movements)
     arriving_veh = np.zeros(shape, np.int32)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dmil.controllers.protocol import FloatArray, IntArray, Situation
+from dmil.controllers.protocol import FloatArray, IntArray, RunContext
 from dmil.controllers.rules.cycles import Cycles
 from dmil.controllers.rules.phase_choice import PhaseChoice
 from dmil.controllers.rules.settings import (
@@ -28,10 +28,10 @@ from dmil.simulation.timing import ACTUATED, PROGRAM
 class RandomController:
     """Chooses phases uniformly at random: the floor under every comparison."""
 
-    def begin(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Take the stream of chance and the number of phases."""
-        self._rng = situation.rng
-        self._phases = np.array([len(item.phases) for item in situation.network.intersections])
+        self._rng = context.rng
+        self._phases = np.array([len(item.phases) for item in context.network.intersections])
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Draw a phase for every intersection."""
@@ -53,11 +53,11 @@ class FixedCycleController:
     def __init__(self, settings: FixedCycleSettings | None = None) -> None:
         self.settings = settings or FixedCycleSettings()
 
-    def begin(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Lay out one cycle of every intersection in decision intervals."""
-        interval_s = situation.decision_interval_s
+        interval_s = context.decision_interval_s
         cycles = []
-        for item in situation.network.intersections:
+        for item in context.network.intersections:
             planned_s = item.planned_green_s
             cycle: list[int] = []
             for phase in covering_phases(item):
@@ -81,7 +81,7 @@ class ProgramController:
 
     asks_for = PROGRAM
 
-    def begin(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Check that there are programs.
 
         Raises
@@ -89,14 +89,14 @@ class ProgramController:
         InputError
             If an intersection has none.
         """
-        for item in situation.network.intersections:
+        for item in context.network.intersections:
             if item.program is None and not item.own_control:
                 raise InputError(
                     "it has no signal program of its own",
                     where=f"intersection '{item.id}'",
                     mend="choose the controller fixed-cycle, which makes a plan from the phases",
                 )
-        count = len(situation.network.intersections)
+        count = len(context.network.intersections)
         self._phases = np.full(count, self.asks_for, np.int32)
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
@@ -115,12 +115,12 @@ class _GreedyController:
 
     settings: GreedySettings
 
-    def begin(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Note which movements each phase serves, and which share lanes."""
         hysteresis = self.settings.hysteresis
-        self._network = situation.network
-        self._choice = PhaseChoice(situation.network, situation.timing, hysteresis)
-        self._guard = SharedLaneGuard(situation, enabled=self.settings.guard)
+        self._network = context.network
+        self._choice = PhaseChoice(context.network, context.timing, hysteresis)
+        self._guard = SharedLaneGuard(context, enabled=self.settings.guard)
 
     def _best(self, weight_veh: npt.NDArray[Any], observation: Observation) -> IntArray:
         if self._guard.needed:

@@ -26,7 +26,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.compilation import TypedOnce, kernel
 from dmil.controllers.parameters import parameters_of
-from dmil.controllers.protocol import FloatArray, IntArray, Situation
+from dmil.controllers.protocol import FloatArray, IntArray, RunContext
 from dmil.controllers.rules.observed import Observed, observed
 from dmil.controllers.rules.phase_choice import signalled
 from dmil.simulation import Observation
@@ -94,20 +94,20 @@ class GapOutController:
     def __init__(self, settings: GapOutSettings | None = None) -> None:
         self.settings = settings or GapOutSettings()
 
-    def begin(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Lay out the sequences; every intersection stands before the first of its phases."""
-        sequences = [covering_phases(item) for item in situation.network.intersections]
+        sequences = [covering_phases(item) for item in context.network.intersections]
         length = np.array([len(sequence) for sequence in sequences], np.int32)
         self._sequences = Sequences(np.zeros((length.size, int(length.max())), np.int32), length)
         for i, sequence in enumerate(sequences):
             self._sequences.phase[i, : len(sequence)] = sequence
-        self._served = signalled(situation.network)
+        self._served = signalled(context.network)
         self._place = np.full(len(sequences), -1, np.int32)
         self._go_on = TypedOnce(go_on)
         self._params = parameters_of(
             GapOutParams,
             self.settings,
-            last_extension_s=self.settings.max_green_s - situation.decision_interval_s,
+            last_extension_s=self.settings.max_green_s - context.decision_interval_s,
         )
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
@@ -140,7 +140,7 @@ def go_on(
 
     Parameters
     ----------
-    served: (intersections, phases, orientations) bool
+    served: (intersections, phases, movements) bool
         See `signalled`.
     sequences
         The order of the phases.

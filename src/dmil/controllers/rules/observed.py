@@ -15,7 +15,7 @@ class Observed(NamedTuple):
 
     Attributes
     ----------
-    queue_veh, approaching_veh: (intersections, orientations) int32
+    queue_veh, approaching_veh: (intersections, movements) int32
     shown: (intersections,) int32
         Phase shown, −1 for none.
     elapsed_s: (intersections,) int32

@@ -56,7 +56,7 @@ class PhaseChoice:
 
         Parameters
         ----------
-        weight: (intersections, orientations) float or int
+        weight: (intersections, movements) float or int
         shown: (intersections,) int32
             Phase that goes on for free; −1 for none.
 
@@ -82,12 +82,12 @@ def signalled(network: RoadNetwork) -> BoolArray:
 
     Returns
     -------
-    served: (intersections, phases, orientations) bool
+    served: (intersections, phases, movements) bool
     """
     intersections = network.intersections
     phases = max(len(item.phases) for item in intersections)
-    orientations = max(len(item.movements) for item in intersections)
-    served = np.zeros((len(intersections), phases, orientations), np.bool_)
+    width = max(len(item.movements) for item in intersections)
+    served = np.zeros((len(intersections), phases, width), np.bool_)
     for i, item in enumerate(intersections):
         for p, phase in enumerate(item.phases):
             served[i, p, sorted(phase)] = True
@@ -108,10 +108,10 @@ def choose_best(
 
     Parameters
     ----------
-    served: (intersections, phases, orientations) bool
+    served: (intersections, phases, movements) bool
         See `signalled`.
     phase_count: (intersections,) int64
-    weight: (intersections, orientations) float64
+    weight: (intersections, movements) float64
     shown: (intersections,) int32
     cost: (intersections,) float64
         h·L / (T − L).

@@ -26,7 +26,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.compilation import kernel
-from dmil.controllers.protocol import FloatArray, IntArray, Situation
+from dmil.controllers.protocol import FloatArray, IntArray, RunContext
 from dmil.controllers.rules.phase_choice import BoolArray, signalled
 from dmil.network import Intersection
 from dmil.simulation import Observation
@@ -82,15 +82,15 @@ class SharedLaneGuard:
 
     Parameters
     ----------
-    situation
+    context
         Network and decision interval.
     enabled
         Whether there is a guard; without one no movement counts more.
     """
 
-    def __init__(self, situation: Situation, *, enabled: bool = True) -> None:
-        intersections = situation.network.intersections
-        self._served = signalled(situation.network)
+    def __init__(self, context: RunContext, *, enabled: bool = True) -> None:
+        intersections = context.network.intersections
+        self._served = signalled(context.network)
         rivals = [
             (i, j, found)
             for i, item in enumerate(intersections if enabled else ())
@@ -110,7 +110,7 @@ class SharedLaneGuard:
             queue_veh=np.zeros(count, np.int32),
             green=np.zeros(count, np.bool_),
         )
-        self._interval_s = situation.decision_interval_s
+        self._interval_s = context.decision_interval_s
         self._owed_veh = np.zeros((len(intersections), self._served.shape[2]))
 
     @property
@@ -133,7 +133,7 @@ class SharedLaneGuard:
 
         Returns
         -------
-        owed_veh: (intersections, orientations) float64
+        owed_veh: (intersections, movements) float64
             Vehicles that green for a movement counts more; the same array every time.
         """
         if self.needed:
@@ -182,16 +182,16 @@ def watch(
     ----------
     shared
         See there.
-    served: (intersections, phases, orientations) bool
+    served: (intersections, phases, movements) bool
         See `dmil.controllers.rules.phase_choice.signalled`.
     interval_s: int
         T.
-    queue_veh: (intersections, orientations) int32
+    queue_veh: (intersections, movements) int32
     shown: (intersections,) int32
         Phase shown, −1 for none.
     waits
         Changed in place.
-    owed_veh: (intersections, orientations) float64
+    owed_veh: (intersections, movements) float64
         b; filled where lanes are shared.
     """
     fades = math.exp(-interval_s / EVIDENCE_LASTS_S)

@@ -30,7 +30,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.compilation import TypedOnce, kernel
 from dmil.controllers.parameters import parameters_of
-from dmil.controllers.protocol import FloatArray, IntArray, Situation
+from dmil.controllers.protocol import FloatArray, IntArray, RunContext
 from dmil.controllers.rules.observed import Observed, observed
 from dmil.controllers.rules.phase_choice import signalled
 from dmil.simulation import Observation
@@ -79,15 +79,15 @@ class SotlController:
     def __init__(self, settings: SotlSettings | None = None) -> None:
         self.settings = settings or SotlSettings()
 
-    def begin(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Start all counts at 0."""
-        self._served = signalled(situation.network)
-        intersections, _, orientations = self._served.shape
-        self._phase_count = np.array([len(item.phases) for item in situation.network.intersections])
-        self._kappa_veh_s = np.zeros((intersections, orientations))
+        self._served = signalled(context.network)
+        intersections, _, width = self._served.shape
+        self._phase_count = np.array([len(item.phases) for item in context.network.intersections])
+        self._kappa_veh_s = np.zeros((intersections, width))
         self._organise = TypedOnce(organise)
         self._params = parameters_of(
-            SotlParams, self.settings, interval_s=situation.decision_interval_s
+            SotlParams, self.settings, interval_s=context.decision_interval_s
         )
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
@@ -119,14 +119,14 @@ def organise(
 
     Parameters
     ----------
-    served: (intersections, phases, orientations) bool
+    served: (intersections, phases, movements) bool
         See `signalled`.
     phase_count: (intersections,) int64
     params
         T, θ, φ_min and μ.
     seen
         What is observed now.
-    kappa_veh_s: (intersections, orientations) float64
+    kappa_veh_s: (intersections, movements) float64
         κ; changed in place.
     phases: (intersections,) int32
         Filled with the phases to show.

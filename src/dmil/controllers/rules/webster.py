@@ -32,7 +32,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
-from dmil.controllers.protocol import FloatArray, IntArray, Situation
+from dmil.controllers.protocol import FloatArray, IntArray, RunContext
 from dmil.controllers.rules.cycles import Cycles
 from dmil.demand import Vehicles
 from dmil.errors import InputError
@@ -83,7 +83,7 @@ class WebsterController:
     def __init__(self, settings: WebsterSettings | None = None) -> None:
         self.settings = settings or WebsterSettings()
 
-    def begin(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Make the plan of every intersection.
 
         Raises
@@ -91,17 +91,17 @@ class WebsterController:
         InputError
             If the journeys are not known.
         """
-        if situation.vehicles is None:
+        if context.vehicles is None:
             raise InputError(
                 "it does not get the journeys of the run, which give the flows",
                 where="controller 'webster'",
-                mend="give Situation the vehicles, or choose the controller fixed-cycle",
+                mend="give RunContext the vehicles, or choose the controller fixed-cycle",
             )
-        flow_veh_per_s = mean_flows(situation.network, situation.vehicles)
+        flow_veh_per_s = mean_flows(context.network, context.vehicles)
         saturation = (
-            self.settings.saturation_flow_veh_per_s or situation.dynamics.saturation_flow_veh_per_s
+            self.settings.saturation_flow_veh_per_s or context.dynamics.saturation_flow_veh_per_s
         )
-        network, timing = situation.network, situation.timing
+        network, timing = context.network, context.timing
         self.plans = [
             self._plan(
                 item, flow_ratios(item, flow, saturation), uniform_timing(timing, network, i)
@@ -114,7 +114,7 @@ class WebsterController:
             [phase for phase, intervals in plan.items() for _ in range(intervals)]
             for plan in self.plans
         ]
-        self._cycles = Cycles(cycles, situation.decision_interval_s)
+        self._cycles = Cycles(cycles, context.decision_interval_s)
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Look up the phase for this time."""
@@ -146,10 +146,10 @@ def mean_flows(network: RoadNetwork, vehicles: Vehicles) -> FloatArray:
 
     Returns
     -------
-    flow_veh_per_s: (intersections, orientations) float64
+    flow_veh_per_s: (intersections, movements) float64
     """
-    orientations = max(len(item.movements) for item in network.intersections)
-    flow = np.zeros((len(network.intersections), orientations))
+    width = max(len(item.movements) for item in network.intersections)
+    flow = np.zeros((len(network.intersections), width))
     if not len(vehicles):
         return flow
     route, links = vehicles.route_links.astype(np.int64), len(network.links)

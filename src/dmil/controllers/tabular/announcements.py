@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from dmil.controllers.protocol import FloatArray, IntArray, Situation
+from dmil.controllers.protocol import FloatArray, IntArray, RunContext
 from dmil.simulation import Observation
 
 BoolArray = npt.NDArray[np.bool_]
@@ -20,17 +20,17 @@ class Announcements:
 
     Parameters
     ----------
-    situation
+    context
         Network, timing and saturation flow.
     """
 
-    def __init__(self, situation: Situation) -> None:
-        network, dynamics = situation.network, situation.dynamics
-        interval_s = situation.decision_interval_s
+    def __init__(self, context: RunContext) -> None:
+        network, dynamics = context.network, context.dynamics
+        interval_s = context.decision_interval_s
         most = max(len(item.movements) for item in network.intersections)
         phases = max(len(item.phases) for item in network.intersections)
         shape = len(network.intersections), most
-        self._queue_link, self._exit_link = network.slot_links
+        self._queue_link, self._exit_link = network.movement_links
         self._flow_veh_per_s = np.zeros(shape)
         # The last row is that of no phase: only what needs no signal is served.
         self._served = np.zeros((shape[0], phases + 1, most), np.bool_)

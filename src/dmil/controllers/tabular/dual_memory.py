@@ -8,7 +8,7 @@ import numpy as np
 
 from dmil.compilation import TypedOnce
 from dmil.controllers.parameters import parameters_of
-from dmil.controllers.protocol import Arrays, IntArray, MemoryUse, Situation
+from dmil.controllers.protocol import Arrays, IntArray, MemoryUse, RunContext
 from dmil.controllers.tabular.agents import Agents, classes_of
 from dmil.controllers.tabular.dual_memory_choice import decide_dual_memory
 from dmil.controllers.tabular.learner import FIRST_CAPACITY, Step, TabularLearner
@@ -77,12 +77,12 @@ class DualMemoryController(TabularLearner):
     @property
     def memory(self) -> DualMemory:
         """The memories of all agents."""
-        assert self._memory is not None, "begin comes before anything else"
+        assert self._memory is not None, "reset comes before anything else"
         return self._memory
 
-    def begin(self, situation: Situation) -> None:
-        """Get ready for a run; see `TabularLearner.begin`."""
-        super().begin(situation)
+    def reset(self, context: RunContext) -> None:
+        """Get ready for a run; see `TabularLearner.reset`."""
+        super().reset(context)
         self._forget_found()
 
     def memory_use(self) -> MemoryUse:
@@ -161,7 +161,7 @@ class DualMemoryController(TabularLearner):
         short = make_value_table(
             agents.shape.size,
             self.settings.short_capacity,
-            self._classes.orientation_image.shape[2],
+            self._classes.movement_image.shape[2],
             self._classes.phase_image.shape[2],
             self._classes.tolerance,
             self._classes.parts,
@@ -287,7 +287,7 @@ def starting_bests(
     The result is shared by all agents that start from the same prior: copy it, never change it.
     """
     classes = classes_of(network, embedding)
-    shapes, _, places = classes.orientation_image.shape
+    shapes, _, places = classes.movement_image.shape
     rows = 0 if prior is None else int(prior.table.rows.size.max())
     room = min(rows, capacity) if capacity else rows
     table = make_best_table(shapes, FIRST_CAPACITY + room, places, classes.tolerance, classes.parts)

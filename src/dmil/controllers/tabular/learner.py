@@ -8,7 +8,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, Situation
+from dmil.controllers.protocol import Arrays, FloatArray, IntArray, RunContext
 from dmil.controllers.rules.phase_choice import PhaseChoice
 from dmil.controllers.tabular.agents import Agents, agents_of, classes_of
 from dmil.controllers.tabular.announcements import Announcements
@@ -31,9 +31,9 @@ class Step(NamedTuple):
 
     Attributes
     ----------
-    state: (agents, orientations) int32
+    state: (agents, movements) int32
         Vehicles queued now, or with those that are announced.
-    key_before, key: (agents, orientations) int32
+    key_before, key: (agents, movements) int32
         Key at the last decision; key now, filled in place.
     action_before, action: (agents,) int32
         Last actions; next ones, filled in place.
@@ -99,7 +99,7 @@ class TabularLearner(ABC):
         # Per shape of intersection, how many leading rows all its agents have in common.
         self._common = np.zeros(0, np.int32)
 
-    def begin(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Get ready for a run; what was learned in an earlier run on the same shapes stays.
 
         Raises
@@ -107,7 +107,7 @@ class TabularLearner(ABC):
         PolicyError
             If this controller, or the prior, learned on intersections of other shapes.
         """
-        network = situation.network
+        network = context.network
         agents = agents_of(network)
         is_new = self._agents is None
         if self._agents is not None and not self._fits(self._agents, agents):
@@ -121,16 +121,16 @@ class TabularLearner(ABC):
         self._classes = classes_of(network, self._embedding)
         self._phase_count = self._classes.phase_count[agents.shape]
         self._scratch = make_scratch(self._classes)
-        self._rng, self.epsilon = situation.rng, self.settings.epsilon
+        self._rng, self.epsilon = context.rng, self.settings.epsilon
         self._meetings = Meetings(self.settings, len(agents.signatures))
-        self._post = Post(self.settings.message_loss * self._communicates, situation.rng)
+        self._post = Post(self.settings.message_loss * self._communicates, context.rng)
         # What is under way at the end of a run is lost.
         self._answers: dict[int, CentralReply] = {}
-        self._announcements = Announcements(situation) if self.settings.announced else None
+        self._announcements = Announcements(context) if self.settings.announced else None
         self._longest_queue = None
         if self.settings.unseen == "longest-queue":
-            self._longest_queue = PhaseChoice(network, situation.timing, hysteresis=0.0)
-        count, places = len(network.intersections), self._classes.orientation_image.shape[2]
+            self._longest_queue = PhaseChoice(network, context.timing, hysteresis=0.0)
+        count, places = len(network.intersections), self._classes.movement_image.shape[2]
         self._key, self._key_before = np.zeros((2, count, places), np.int32)
         self._action = np.zeros(count, np.int32)
         self._unknown = np.full(count, ABSENT, np.int32)
@@ -226,7 +226,7 @@ class TabularLearner(ABC):
     @property
     def agents(self) -> Agents:
         """The agents that this controller controls."""
-        assert self._agents is not None, "begin comes before anything else"
+        assert self._agents is not None, "reset comes before anything else"
         return self._agents
 
     def _stored_once(self, sizes: IntArray) -> int:
@@ -292,7 +292,7 @@ class TabularLearner(ABC):
 
     @abstractmethod
     def restore(self, arrays: Arrays) -> None:
-        """Replace all that was learned; call after `begin`."""
+        """Replace all that was learned; call after `reset`."""
 
     @abstractmethod
     def _start(self, network: RoadNetwork, agents: Agents) -> None:
@@ -329,7 +329,7 @@ def check_prior(prior: Prior | None, classes: Classes, network: RoadNetwork) -> 
     """
     if prior is None:
         return
-    shapes, _, places = classes.orientation_image.shape
+    shapes, _, places = classes.movement_image.shape
     fitting = (shapes, places // classes.parts, classes.phase_image.shape[2])
     found = (*prior.table.rows.keys.shape[::2], prior.table.value.shape[2])
     if found != fitting:

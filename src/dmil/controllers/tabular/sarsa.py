@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from dmil.compilation import TypedOnce, kernel
-from dmil.controllers.protocol import Arrays, IntArray, MemoryUse, Situation
+from dmil.controllers.protocol import Arrays, IntArray, MemoryUse, RunContext
 from dmil.controllers.tabular.agents import Agents, classes_of
 from dmil.controllers.tabular.choice import explores, greedy_action, uniform_action, unseen_action
 from dmil.controllers.tabular.learner import FIRST_CAPACITY, Step, TabularLearner
@@ -67,12 +67,12 @@ class SarsaController(TabularLearner):
     @property
     def table(self) -> ValueTable:
         """The Q-tables of all agents."""
-        assert self._table is not None, "begin comes before anything else"
+        assert self._table is not None, "reset comes before anything else"
         return self._table
 
-    def begin(self, situation: Situation) -> None:
-        """Get ready for a run; see `TabularLearner.begin`."""
-        super().begin(situation)
+    def reset(self, context: RunContext) -> None:
+        """Get ready for a run; see `TabularLearner.reset`."""
+        super().reset(context)
         # Whose table an agent uses.
         shape = self.agents.shape
         self._owner = shape if self.settings.shared else np.arange(shape.size, dtype=np.int32)
@@ -167,7 +167,7 @@ def starting_values(network: RoadNetwork, embedding: Embedding, prior: Prior | N
     The result is shared by all agents that start from the same prior: copy it, never change it.
     """
     classes = classes_of(network, embedding)
-    shapes, _, places = classes.orientation_image.shape
+    shapes, _, places = classes.movement_image.shape
     actions = classes.phase_image.shape[2]
     rows = 0 if prior is None else int(prior.table.rows.size.max())
     table = make_value_table(

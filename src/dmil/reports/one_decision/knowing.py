@@ -35,7 +35,7 @@ def turned(story: Story) -> str:
     images, phases = [], []
     for variant in range(trace.classes.variant_count[shape]):
         image = np.empty_like(state)
-        image[trace.classes.orientation_image[shape, variant, : state.size]] = state
+        image[trace.classes.movement_image[shape, variant, : state.size]] = state
         side = story.east_becomes(variant)
         images.append((side, line(image)))
         actions = [trace.turned(agent, variant, action) for action in range(len(story.phases))]

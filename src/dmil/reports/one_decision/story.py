@@ -56,7 +56,7 @@ class Story:
     def east_becomes(self, variant: int) -> str:
         """Return the side to which a symmetry of the agent's intersection carries the East."""
         shape = self.trace.classes.shape[self.agent]
-        first = int(self.trace.classes.orientation_image[shape, variant, 0])
+        first = int(self.trace.classes.movement_image[shape, variant, 0])
         return SIDES[first * len(SIDES) // self.decision.state.size]
 
     def parts(self, key: IntArray) -> list[tuple[str, IntArray]]:

@@ -105,7 +105,7 @@ class Decision:
 
     @property
     def state(self) -> IntArray:
-        """Vehicles queued, (orientations,) int32."""
+        """Vehicles queued, (movements,) int32."""
         state: IntArray = self.moment.observation.queue_veh[self.agent]
         return state
 
@@ -192,7 +192,7 @@ class Trace:
         self.scratch: Scratch = make_scratch(self.classes)
 
     def key_of(self, state: IntArray) -> IntArray:
-        """Return the key, (places,) int32, of a state, (orientations,) int32."""
+        """Return the key, (places,) int32, of a state, (movements,) int32."""
         key = np.zeros(self.moments[0].memory.long.rows.keys.shape[2], np.int32)
         embed(self.classes, state, key)
         return key

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dmil.controllers import Situation
+from dmil.controllers import RunContext
 from dmil.controllers.tabular.choice import DRAWS
 from dmil.controllers.tabular.dual_memory import DualMemoryController
 from dmil.memory import DualMemory
@@ -50,10 +50,10 @@ class Watch:
         self.moments: list[Moment] = []
         self._agents = agents
 
-    def begin(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Get ready for a run."""
-        self._rng = situation.rng
-        self._agents.begin(situation)
+        self._rng = context.rng
+        self._agents.reset(context)
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Choose what the agents choose."""

@@ -17,24 +17,24 @@ def count_queued(state: State, steps: int) -> None:
 
 @kernel
 def count_approaching(trips: Trips, state: State, within_s: int) -> None:
-    """Count the vehicles that reach the end of their leg soon, per slot (specification, §2)."""
+    """Count the vehicles that reach the end of their leg soon, per movement (specification, §2)."""
     counts = state.approaching_veh
     counts[:] = 0
-    orientations = counts.shape[1]
+    width = counts.shape[1]
     calendar = state.due_front.shape[0]
     time_s = state.counters[TIME]
     for ahead_s in range(min(within_s, calendar)):
         vehicle = state.due_front[(time_s + ahead_s) % calendar]
         while vehicle != NOBODY:
-            if state.visit[vehicle] < trips.slot_offset[vehicle + 1]:
-                slot = trips.slots[state.visit[vehicle]]
-                counts[slot // orientations, slot % orientations] += 1
+            if state.visit[vehicle] < trips.movement_offset[vehicle + 1]:
+                movement = trips.movements[state.visit[vehicle]]
+                counts[movement // width, movement % width] += 1
             vehicle = state.behind[vehicle]
 
 
 @kernel
 def count_standing(layout: Layout, trips: Trips, state: State, startup_lost_s: int) -> None:
-    """Count the queued vehicles that a start wave has not reached yet, per slot (ours).
+    """Count the queued vehicles that a start wave has not reached yet, per movement (ours).
 
     Behind a stop line vehicle after vehicle begins to move from the beginning of green on, sooner
     than they cross it one headway after the other: those between are queued but do not stand. A
@@ -46,21 +46,21 @@ def count_standing(layout: Layout, trips: Trips, state: State, startup_lost_s: i
             standing_veh[i, j] = state.queue_veh[i, j]
     if wave_veh_per_s == 0:
         return
-    orientations, time_s = standing_veh.shape[1], state.counters[TIME]
+    width, time_s = standing_veh.shape[1], state.counters[TIME]
     for lane in range(state.front.shape[0]):
         vehicle = state.front[lane]
         if vehicle == NOBODY or state.ready_s[lane] < time_s - 1e-9:
             continue
-        slot = trips.slots[state.visit[vehicle]]
-        go_from_s = state.go_from_s[slot // orientations, slot % orientations]
+        movement = trips.movements[state.visit[vehicle]]
+        go_from_s = state.go_from_s[movement // width, movement % width]
         if go_from_s >= time_s:
             continue
         since_go_s = float(time_s - go_from_s)
         reached_veh = wave_veh_per_s * (since_go_s + startup_lost_s)
-        moving_veh = int(reached_veh - since_go_s / layout.headway_s[slot] + 1e-9)
+        moving_veh = int(reached_veh - since_go_s / layout.headway_s[movement] + 1e-9)
         while moving_veh > 0 and vehicle != NOBODY:
-            slot = trips.slots[state.visit[vehicle]]
-            i, j = slot // orientations, slot % orientations
+            movement = trips.movements[state.visit[vehicle]]
+            i, j = movement // width, movement % width
             if state.go_from_s[i, j] >= time_s:
                 break
             standing_veh[i, j] -= 1
@@ -79,11 +79,11 @@ def observe(
     state
     interval_s: int
         Length of the interval that ended now, in s.
-    counts: (2, intersections, orientations) int32
+    counts: (2, intersections, movements) int32
         Filled in place: vehicles queued and approaching.
     shown: (2, intersections) int32
         Filled in place: phases shown, and for how long.
-    waiting_veh: (intersections, orientations) float64
+    waiting_veh: (intersections, movements) float64
         Filled in place.
     """
     time_s = state.counters[TIME]

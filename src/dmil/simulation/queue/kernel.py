@@ -114,9 +114,9 @@ def _wake_lane(trips: Trips, state: State, lane: int) -> None:
     if state.front[lane] == NOBODY:
         state.wake_s[lane] = NEVER_S
         return
-    slot = trips.slots[state.visit[state.front[lane]]]
-    orientations = state.queue_veh.shape[1]
-    go_from_s = state.go_from_s[slot // orientations, slot % orientations]
+    movement = trips.movements[state.visit[state.front[lane]]]
+    width = state.queue_veh.shape[1]
+    go_from_s = state.go_from_s[movement // width, movement % width]
     state.wake_s[lane] = max(go_from_s, int(state.ready_s[lane]))
 
 
@@ -197,12 +197,12 @@ def _reach_leg_end(
 ) -> None:
     """Join the shortest of its lanes at the stop line, or arrive if the leg was the last."""
     visit = state.visit[vehicle]
-    if visit == trips.slot_offset[vehicle + 1]:
+    if visit == trips.movement_offset[vehicle + 1]:
         state.occupancy_veh[trips.leg_link[visit + vehicle]] -= 1
         state.arrived_s[vehicle] = time_s
         state.counters[ARRIVED] += 1
         return
-    slot = trips.slots[visit]
+    movement = trips.movements[visit]
     row = trips.lane_row[visit]
     lane = layout.lanes[layout.lane_offset[row]]
     for place in range(layout.lane_offset[row] + 1, layout.lane_offset[row + 1]):
@@ -212,13 +212,13 @@ def _reach_leg_end(
     state.lane_veh[lane] += 1
     if state.front[lane] == vehicle:
         _wake_lane(trips, state, lane)
-    orientations = state.queue_veh.shape[1]
-    i, j = slot // orientations, slot % orientations
+    width = state.queue_veh.shape[1]
+    i, j = movement // width, movement % width
     state.queue_veh[i, j] += 1
     state.waiting_steps[i, j] += end_s - time_s
     state.counters[WAITING] += 1
     state.joined_s[vehicle] = time_s
-    state.counters[VISITS] += slot < layout.slot_link.shape[0] - state.soonest_s.shape[0]
+    state.counters[VISITS] += movement < layout.movement_link.shape[0] - state.soonest_s.shape[0]
 
 
 @inlined_kernel
@@ -230,14 +230,14 @@ def _discharge(
     A vehicle goes in this step if it has green, need not give way, finds room, and the headway
     behind the one before it ends within the step; if not, all behind it wait.
     """
-    orientations = state.queue_veh.shape[1]
+    width = state.queue_veh.shape[1]
     # 1e-9: three headways of a third of a second are one second.
     while state.front[lane] != NOBODY and state.ready_s[lane] < time_s + 1 - 1e-9:
         vehicle = state.front[lane]
-        slot = trips.slots[state.visit[vehicle]]
-        i, j = slot // orientations, slot % orientations
+        movement = trips.movements[state.visit[vehicle]]
+        i, j = movement // width, movement % width
         if state.go_from_s[i, j] > time_s or must_yield(
-            layout, trips, state, vehicle, lane, slot, time_s
+            layout, trips, state, vehicle, lane, movement, time_s
         ):
             break
         link = trips.leg_link[state.visit[vehicle] + 1 + vehicle]
@@ -249,11 +249,11 @@ def _discharge(
         state.waiting_steps[i, j] -= end_s - time_s
         state.counters[WAITING] -= 1
         state.counters[STOPS] += time_s > state.joined_s[vehicle]
-        state.occupancy_veh[layout.slot_link[slot]] -= 1
+        state.occupancy_veh[layout.movement_link[movement]] -= 1
         state.waited_s[vehicle] += time_s - state.joined_s[vehicle]
         state.visit[vehicle] += 1
-        if slot >= layout.slot_link.shape[0] - state.went_s.shape[0]:
-            state.went_s[slot - layout.slot_link.shape[0] + state.went_s.shape[0]] = time_s
-        state.ready_s[lane] = max(state.ready_s[lane], float(time_s)) + layout.headway_s[slot]
+        if movement >= layout.movement_link.shape[0] - state.went_s.shape[0]:
+            state.went_s[movement - layout.movement_link.shape[0] + state.went_s.shape[0]] = time_s
+        state.ready_s[lane] = max(state.ready_s[lane], float(time_s)) + layout.headway_s[movement]
         _begin_leg(layout, trips, state, vehicle, time_s, end_s)
     _wake_lane(trips, state, lane)

@@ -23,11 +23,11 @@ def build_layout(scenario: Scenario) -> Layout:
     """Flatten a scenario's network and traffic dynamics (specification, §2)."""
     network, dynamics = scenario.network, scenario.dynamics
     intersections = network.intersections
-    orientations = max(len(item.movements) for item in intersections)
+    width = max(len(item.movements) for item in intersections)
     places, held = _places(scenario), _held(scenario)
     # Movements at junctions fill further rows of tables that have one for each intersection.
-    size = -(-(places[-1][0] + 1) // orientations) * orientations
-    slot_link = np.full(size, -1, np.int32)
+    size = -(-(places[-1][0] + 1) // width) * width
+    movement_link = np.full(size, -1, np.int32)
     lane_number: dict[tuple[str, int], int] = {}
     lanes: list[list[int]] = [[] for _ in range(size)]
 
@@ -44,33 +44,33 @@ def build_layout(scenario: Scenario) -> Layout:
         max(1.0, float(np.round(time_s))) if link.start in stops else np.inf
         for link, time_s in zip(network.links, link_times_s(scenario), strict=True)
     ]
-    for slot, node, j in places:
-        movement = node.movements[j]
-        slot_link[slot] = network.link_index[movement.from_link]
-        lanes[slot] = number(movement.from_link, _served(network, node, movement, movement.lanes))
+    for movement, node, j in places:
+        each = node.movements[j]
+        movement_link[movement] = network.link_index[each.from_link]
+        lanes[movement] = number(each.from_link, _served(network, node, each, each.lanes))
         foes = node.gives_way[j] if node.gives_way else ()
-        yields[slot] = [slot - j + foe for foe in foes]
+        yields[movement] = [movement - j + foe for foe in foes]
         if isinstance(node, Junction) and foes:
-            gap_s[slot], follow_s = gap_of(node, j)
-            headway_s[slot] = max(headway_s[slot], follow_s)
+            gap_s[movement], follow_s = gap_of(node, j)
+            headway_s[movement] = max(headway_s[movement], follow_s)
             turns += [in_turn(node, j, foe) for foe in foes]
             from_links = (network.link_index[node.movements[foe].from_link] for foe in foes)
             after_s += [
-                IN_TURN_S[0] if in_turn(node, j, foe) else max(0.0, gap_s[slot] - seen_s[link])
+                IN_TURN_S[0] if in_turn(node, j, foe) else max(0.0, gap_s[movement] - seen_s[link])
                 for foe, link in zip(foes, from_links, strict=True)
             ]
         else:
             turns += [False] * len(foes)
             after_s += [0.0] * len(foes)
-    for slot, _, served in _other_lanes(scenario):
-        lanes.append(number(network.links[slot_link[slot]].id, served))
+    for movement, _, served in _other_lanes(scenario):
+        lanes.append(number(network.links[movement_link[movement]].id, served))
     lane_offset, all_lanes = _ragged(lanes)
     yield_offset, all_yields = _ragged(yields)
     start_s = scenario.sumo.begin_s if scenario.sumo else 0
     return Layout(
         signals=signals_of(network),
         programs=programs_of(network, start_s),
-        slot_link=slot_link,
+        movement_link=movement_link,
         lane_offset=lane_offset,
         lanes=all_lanes,
         yield_offset=yield_offset,
@@ -90,17 +90,17 @@ def _held(scenario: Scenario) -> tuple[Junction, ...]:
 
 
 def _places(scenario: Scenario) -> list[tuple[int, Intersection | Junction, int]]:
-    """Return slot, node and index there of every movement that vehicles queue for, in order."""
+    """Return movement, node and index there of every movement that vehicles queue for, in order."""
     intersections = scenario.network.intersections
-    orientations = max(len(item.movements) for item in intersections)
+    width = max(len(item.movements) for item in intersections)
     found: list[tuple[int, Intersection | Junction, int]] = [
-        (i * orientations + j, item, j)
+        (i * width + j, item, j)
         for i, item in enumerate(intersections)
         for j in range(len(item.movements))
     ]
     others = [(node, j) for node in _held(scenario) for j in range(len(node.movements))]
-    first = len(intersections) * orientations
-    return found + [(slot, *place) for slot, place in enumerate(others, start=first)]
+    first = len(intersections) * width
+    return found + [(movement, *place) for movement, place in enumerate(others, start=first)]
 
 
 def _served(
@@ -116,7 +116,7 @@ def _served(
 
 
 def build_trips(scenario: Scenario, layout: Layout, vehicles: Vehicles) -> Trips:
-    """Turn routes over links into the slots that vehicles queue in and the legs between (ours).
+    """Turn routes over links into the movements that vehicles queue in and the legs between (ours).
 
     A leg takes the free-flow time of its links, or the measured one where the scenario has it,
     rounded to whole steps; between intersections at least 1 s, so that nobody crosses two within
@@ -133,9 +133,9 @@ def build_trips(scenario: Scenario, layout: Layout, vehicles: Vehicles) -> Trips
     last = np.zeros(route.size, np.bool_)
     last[offset[1:] - 1] = True
     before = np.flatnonzero(~last)
-    slot = _slots_of_pairs(scenario, route[before], route[before + 1])
-    if (slot == _NO_WAY).any():
-        place = before[(slot == _NO_WAY).argmax()]
+    movement = _movement_of_pairs(scenario, route[before], route[before + 1])
+    if (movement == _NO_WAY).any():
+        place = before[(movement == _NO_WAY).argmax()]
         vehicle = int(np.searchsorted(offset, place, side="right")) - 1
         raise DemandError(
             f"its route goes from link '{network.links[route[place]].id}' to"
@@ -144,22 +144,22 @@ def build_trips(scenario: Scenario, layout: Layout, vehicles: Vehicles) -> Trips
             expected="routes along the movements of the network",
             mend="check that network and demand belong together",
         )
-    visits = before[slot != _NO_SIGNAL]
-    slot_offset = np.searchsorted(visits, offset)
+    visits = before[movement != _NO_SIGNAL]
+    movement_offset = np.searchsorted(visits, offset)
     ends = np.sort(np.concatenate([visits, offset[1:] - 1]))
     driven_s = np.cumsum(link_times_s(scenario)[route])
     leg_s = np.round(np.diff(driven_s[ends], prepend=0.0)).astype(np.int32)
     stops = network.intersection_index.keys() | {junction.id for junction in _held(scenario)}
     inner = np.array([link.end in stops for link in network.links])
     first_leg = np.zeros(ends.size, np.bool_)
-    first_leg[slot_offset[:-1] + np.arange(count)] = True
+    first_leg[movement_offset[:-1] + np.arange(count)] = True
     leg_s[~first_leg & inner[route[ends]]] = np.maximum(leg_s[~first_leg & inner[route[ends]]], 1)
-    slots = slot[slot != _NO_SIGNAL].astype(np.int32)
+    movements = movement[movement != _NO_SIGNAL].astype(np.int32)
     return Trips(
         depart_s=vehicles.depart_s.astype(np.int32),
-        slot_offset=slot_offset.astype(np.int32),
-        slots=slots,
-        lane_row=_lane_rows(scenario, layout, vehicles, slots, np.diff(slot_offset)),
+        movement_offset=movement_offset.astype(np.int32),
+        movements=movements,
+        lane_row=_lane_rows(scenario, layout, vehicles, movements, np.diff(movement_offset)),
         leg_link=route[ends].astype(np.int32),
         leg_s=leg_s,
     )
@@ -172,13 +172,13 @@ def _other_lanes(
 
     Returns
     -------
-    list of (slot, classes, lanes)
+    list of (movement, classes, lanes)
     """
     kinds = dict.fromkeys(scenario.sumo.classes if scenario.sumo else ())
     network = scenario.network
     return [
-        (slot, classes, _served(network, node, node.movements[j], lanes))
-        for slot, node, j in _places(scenario)
+        (movement, classes, _served(network, node, node.movements[j], lanes))
+        for movement, node, j in _places(scenario)
         for classes in kinds
         if (lanes := network.lanes_to(node.movements[j], classes)) != node.movements[j].lanes
     ]
@@ -188,20 +188,20 @@ def _lane_rows(
     scenario: Scenario,
     layout: Layout,
     vehicles: Vehicles,
-    slots: IntArray,
+    movements: IntArray,
     visits: npt.NDArray[np.int64],
 ) -> IntArray:
-    """Return for every visit its row in the layout's lanes: the slot's own, or its class's."""
-    size = layout.slot_link.size
+    """Return for every visit its row in the layout's lanes: the movement's own, or its class's."""
+    size = layout.movement_link.size
     others = _other_lanes(scenario)
     if not others or vehicles.kind is None or scenario.sumo is None:
-        return slots
+        return movements
     classes = list(dict.fromkeys(scenario.sumo.classes))
     row: IntArray = np.tile(np.arange(size, dtype=np.int32), (len(classes), 1))
-    for k, (slot, each, _) in enumerate(others):
-        row[classes.index(each), slot] = size + k
+    for k, (movement, each, _) in enumerate(others):
+        row[classes.index(each), movement] = size + k
     of_kind = np.array([classes.index(each) for each in scenario.sumo.classes])
-    rows: IntArray = row[np.repeat(of_kind[vehicles.kind], visits), slots]
+    rows: IntArray = row[np.repeat(of_kind[vehicles.kind], visits), movements]
     return rows
 
 
@@ -215,26 +215,26 @@ def link_times_s(scenario: Scenario) -> npt.NDArray[np.float64]:
 _NO_SIGNAL, _NO_WAY = -1, -2
 
 
-def _slots_of_pairs(
+def _movement_of_pairs(
     scenario: Scenario,
     links: npt.NDArray[np.int64],
     following: npt.NDArray[np.int64],
 ) -> npt.NDArray[np.int64]:
-    """Return the slot of every pair of links; negative without a stop or a movement."""
+    """Return the movement of every pair of links; negative without a stop or a movement."""
     network, index = scenario.network, scenario.network.link_index
     count = len(network.links)
     known = {}
-    for slot, node, j in _places(scenario):
-        movement = node.movements[j]
-        known[index[movement.from_link] * count + index[movement.to_link]] = slot
+    for movement, node, j in _places(scenario):
+        each = node.movements[j]
+        known[index[each.from_link] * count + index[each.to_link]] = movement
     for first, pairs in enumerate(network.successors):
         for second, _ in pairs:
             known.setdefault(first * count + second, _NO_SIGNAL)
     keys = np.array(sorted(known), np.int64)
-    slots = np.array([known[key] for key in keys.tolist()], np.int64)
+    movements = np.array([known[key] for key in keys.tolist()], np.int64)
     wanted = links * count + following
     place = np.minimum(np.searchsorted(keys, wanted), keys.size - 1)
-    return np.where(keys[place] == wanted, slots[place], _NO_WAY)
+    return np.where(keys[place] == wanted, movements[place], _NO_WAY)
 
 
 def _capacity(scenario: Scenario) -> IntArray:

@@ -138,11 +138,13 @@ class QueueSimulator:
     def passed_veh(self) -> npt.NDArray[np.int64]:
         """Return how many vehicles have left the queues of every intersection; see `Simulator`."""
         trips = self._trips
-        place = np.arange(trips.slots.size)
-        gone = place < np.repeat(self.state.visit, np.diff(trips.slot_offset))
+        place = np.arange(trips.movements.size)
+        gone = place < np.repeat(self.state.visit, np.diff(trips.movement_offset))
         intersections, _, movements = self._layout.signals.served.shape
-        # Slots at junctions without signals follow those of the intersections.
-        return np.bincount(trips.slots[gone] // movements, minlength=intersections)[:intersections]
+        # Movements at junctions without signals follow those of the intersections.
+        return np.bincount(trips.movements[gone] // movements, minlength=intersections)[
+            :intersections
+        ]
 
     def measures(self) -> Measures:
         """Return what has been measured since the last reset."""
@@ -177,7 +179,7 @@ class QueueSimulator:
         if self._scenario.link_time_s is None:
             return 0.0
         state, trips = self.state, self._trips
-        first = trips.slot_offset[:-1] + np.arange(len(trips.depart_s))
+        first = trips.movement_offset[:-1] + np.arange(len(trips.depart_s))
         crossed = state.visit + np.arange(len(trips.depart_s)) + (state.arrived_s >= 0)
         slow_s = np.concatenate([[0.0], np.cumsum(trips.leg_s - self._free_leg_s)])
         return float((slow_s[crossed] - slow_s[first]).sum())

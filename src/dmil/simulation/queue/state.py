@@ -1,12 +1,12 @@
 """Arrays of the queue simulator: what the network is, who drives, how things stand.
 
 Parameters (`Layout`), journeys (`Trips`) and state (`State`) are separate; the kernel moves the
-state and never allocates. An *orientation* is one entry of the state vector of an intersection; the
-flat index ``slot = intersection * orientations + orientation`` names it network-wide. Vehicles
-queue in lanes; a lane may serve several orientations of its link. A *leg* of a journey is the way
+state and never allocates. A *movement* has one entry in the state vector of its intersection; the
+flat index ``intersection * width + number`` names it network-wide, ``width`` being the number of
+movements of the widest intersection. Vehicles queue in lanes; a lane may serve several movements of its link. A *leg* of a journey is the way
 to the next stop line, or from the last one to the end; junctions where nobody waits lie within
-legs. Those where vehicles may have to wait without a signal have the slots after those of
-intersections, and so further rows in the tables by intersection and orientation.
+legs. Those where vehicles may have to wait without a signal have the movements after those of
+intersections, and so further rows in the tables by intersection and movement.
 """
 
 from __future__ import annotations
@@ -51,25 +51,25 @@ class Layout(NamedTuple):
         Who may go in which phase.
     programs: Programs
         The intersections' own fixed-time programs.
-    slot_link: (slots,) int32
-        Link on which the queue of a slot stands; −1 where a slot is padding.
+    movement_link: (movements,) int32
+        Link on which the queue of a movement stands; −1 where a movement is padding.
     lane_offset: (rows + 1,) int32
-        Where the lanes of a row begin in ``lanes``: one row per slot, then one for every slot and
-        vehicle class that queue in other lanes.
+        Where the lanes of a row begin in ``lanes``: one row per movement, then one for every
+        movement and vehicle class that queue in other lanes.
     lanes: (lanes of all rows,) int32
         Network-wide numbers of the lanes of each row.
-    yield_offset: (slots + 1,) int32
-        Where those begin in ``yields`` to whom a slot gives way.
+    yield_offset: (movements + 1,) int32
+        Where those begin in ``yields`` to whom a movement gives way.
     yields: (priorities,) int32
-        Slots.
+        Movements.
     turns: (priorities,) bool
         Whether the two take turns, first come, first served.
     after_s: (priorities,) float64
         How long after the last of the others a vehicle may go.
-    headway_s: (slots,) float64
-        Time between two vehicles of a slot on one lane at saturation flow, or that follow each
+    headway_s: (movements,) float64
+        Time between two vehicles of a movement on one lane at saturation flow, or that follow each
         other through one gap.
-    gap_s: (slots,) float64
+    gap_s: (movements,) float64
         Critical gap of who gives way without a signal: less until others come is too little.
     capacity_veh: (links,) int32
         Most vehicles on a link and on the links that only lead to it, moving and queued; a huge
@@ -82,7 +82,7 @@ class Layout(NamedTuple):
 
     signals: Signals
     programs: Programs
-    slot_link: IntArray
+    movement_link: IntArray
     lane_offset: IntArray
     lanes: IntArray
     yield_offset: IntArray
@@ -104,18 +104,18 @@ class Layout(NamedTuple):
 class Trips(NamedTuple):
     """Every journey of a run, drawn before it starts.
 
-    A vehicle's legs are one more than its slots: leg k of vehicle v, which leads to its slot k or
-    to its goal, has the number ``slot_offset[v] + v + k``.
+    A vehicle's legs are one more than its movements: leg k of vehicle v, which leads to its
+    movement k or to its goal, has the number ``movement_offset[v] + v + k``.
 
     Attributes
     ----------
     depart_s: (vehicles,) int32, non-decreasing
-    slot_offset: (vehicles + 1,) int32
-        Where the journey of a vehicle begins in ``slots``.
-    slots: (intersection visits,) int32
-        The slots that each vehicle queues in, one after the other.
+    movement_offset: (vehicles + 1,) int32
+        Where the journey of a vehicle begins in ``movements``.
+    movements: (intersection visits,) int32
+        The movements that each vehicle queues in, one after the other.
     lane_row: (intersection visits,) int32
-        Row of the layout's lanes among which it chooses there; the slot where the lanes are for
+        Row of the layout's lanes among which it chooses there; the movement where the lanes are for
         all.
     leg_link: (legs,) int32
         Link whose room a vehicle takes up on a leg: the last one.
@@ -124,8 +124,8 @@ class Trips(NamedTuple):
     """
 
     depart_s: IntArray
-    slot_offset: IntArray
-    slots: IntArray
+    movement_offset: IntArray
+    movements: IntArray
     lane_row: IntArray
     leg_link: IntArray
     leg_s: IntArray
@@ -146,21 +146,21 @@ class State(NamedTuple):
         When that phase turned green; in the future during a clearance.
     switch_s: (intersections,) int32
         When the own program switches next; `NEVER_S` if it is not in charge.
-    go_from_s: (intersections, orientations) int32
+    go_from_s: (intersections, movements) int32
         From when on the vehicles of a movement go; `NEVER_S` for red.
-    queue_veh: (intersections, orientations) int32
+    queue_veh: (intersections, movements) int32
         Here as in all tables of this shape more rows follow, of junctions without signals.
-    standing_veh: (intersections, orientations) int32
+    standing_veh: (intersections, movements) int32
         Vehicles queued that no start wave has reached, at the last decision.
-    approaching_veh: (intersections, orientations) int32
+    approaching_veh: (intersections, movements) int32
         Vehicles that will join the queue within the next decision interval, at the last decision.
     front, back: (lanes,) int32
         First and last vehicle queued in a lane.
     lane_veh: (lanes,) int32
         Vehicles queued in a lane.
-    soonest_s: (slots at junctions without signals,) int32
+    soonest_s: (movements at junctions without signals,) int32
         When the next vehicle joins a queue there, as far as critical gaps matter; else `NEVER_S`.
-    went_s: (slots at junctions without signals,) float64
+    went_s: (movements at junctions without signals,) float64
         When the last vehicle went; long ago before the first.
     behind: (vehicles,) int32
         Next vehicle in the same list.
@@ -175,10 +175,10 @@ class State(NamedTuple):
     due_front, due_back: (longest leg in s + 1,) int32
         Vehicles on the move, by the time (modulo the length) at which they reach their leg's end.
     visit: (vehicles,) int32
-        Place of the vehicle's next slot in ``Trips.slots``.
+        Place of the vehicle's next movement in ``Trips.movements``.
     joined_s, waited_s, arrived_s: (vehicles,) int32
         When it joined its queue, total wait over finished visits, when it arrived (−1: not yet).
-    waiting_steps: (intersections, orientations) int32
+    waiting_steps: (intersections, movements) int32
         Vehicle-steps waited since the last decision.
     arrived_at, queued_at: (horizon,) int32
         Vehicles arrived so far and vehicles waiting, after each step.
@@ -224,8 +224,8 @@ def initial_state(layout: Layout, trips: Trips, horizon_s: int) -> State:
     horizon_s
         Steps of 1 s that can be recorded.
     """
-    intersections, _, orientations = layout.signals.served.shape
-    signalled, rows = intersections * orientations, layout.slot_link.size // orientations
+    intersections, _, width = layout.signals.served.shape
+    signalled, rows = intersections * width, layout.movement_link.size // width
     lanes, links = layout.lane_count, layout.capacity_veh.size
     vehicles = trips.depart_s.size
     calendar = int(trips.leg_s.max(initial=0)) + 1
@@ -236,7 +236,7 @@ def initial_state(layout: Layout, trips: Trips, horizon_s: int) -> State:
     def empty_lists(count: int) -> IntArray:
         return np.full(count, NOBODY, np.int32)
 
-    go_from_s = zeros(rows, orientations)
+    go_from_s = zeros(rows, width)
     go_from_s[:intersections] = NEVER_S
     return State(
         counters=np.zeros(COUNTERS, np.int64),
@@ -244,14 +244,14 @@ def initial_state(layout: Layout, trips: Trips, horizon_s: int) -> State:
         green_from_s=zeros(intersections),
         switch_s=np.full(intersections, NEVER_S, np.int32),
         go_from_s=go_from_s,
-        queue_veh=zeros(rows, orientations),
-        standing_veh=zeros(rows, orientations),
-        approaching_veh=zeros(rows, orientations),
+        queue_veh=zeros(rows, width),
+        standing_veh=zeros(rows, width),
+        approaching_veh=zeros(rows, width),
         front=empty_lists(lanes),
         back=empty_lists(lanes),
         lane_veh=zeros(lanes),
-        soonest_s=np.full(rows * orientations - signalled, NEVER_S, np.int32),
-        went_s=np.full(rows * orientations - signalled, -np.inf),
+        soonest_s=np.full(rows * width - signalled, NEVER_S, np.int32),
+        went_s=np.full(rows * width - signalled, -np.inf),
         behind=empty_lists(vehicles),
         ready_s=np.zeros(lanes),
         wake_s=np.full(lanes, NEVER_S, np.int32),
@@ -260,11 +260,11 @@ def initial_state(layout: Layout, trips: Trips, horizon_s: int) -> State:
         outside_back=empty_lists(links),
         due_front=empty_lists(calendar),
         due_back=empty_lists(calendar),
-        visit=trips.slot_offset[:-1].copy(),
+        visit=trips.movement_offset[:-1].copy(),
         joined_s=zeros(vehicles),
         waited_s=zeros(vehicles),
         arrived_s=np.full(vehicles, -1, np.int32),
-        waiting_steps=zeros(rows, orientations),
+        waiting_steps=zeros(rows, width),
         arrived_at=zeros(horizon_s),
         queued_at=zeros(horizon_s),
     )

@@ -32,8 +32,8 @@ class RouteGeometry(NamedTuple):
         Where a route begins.
     limit_m_per_s: (places,) float64
         Speed limit.
-    slot: (places,) int64
-        Intersection × orientations + movement of the next movement on the route that a controller
+    movement: (places,) int64
+        Intersection × movements + movement of the next movement on the route that a controller
         governs; −1 after the last one.
     own: (places,) bool
         Whether the place's own link leads to it, and no junction without signals lies in between.
@@ -46,7 +46,7 @@ class RouteGeometry(NamedTuple):
     route: LongArray
     offset: LongArray
     limit_m_per_s: FloatArray
-    slot: LongArray
+    movement: LongArray
     own: BoolArray
     ahead_m: FloatArray
     ahead_s: FloatArray
@@ -92,11 +92,11 @@ def _ways(
     network: RoadNetwork, route: LongArray, offset: LongArray, link: LongArray
 ) -> RouteGeometry:
     """Look ahead along routes; link ``len(network.links)`` stands for those not in the network."""
-    slot = _slots(network, offset, link)
+    movement = _movements(network, offset, link)
     length_m = np.array([*(item.length_m for item in network.links), 0.0])
     limit_m_per_s = np.array([*(item.speed_m_per_s for item in network.links), np.inf])
     free_flow_s = np.append(network.free_flow_time_s, 0.0)
-    governed = np.concatenate([slot >= 0, [False]])
+    governed = np.concatenate([movement >= 0, [False]])
     # The next governed movement at or after a place, then only if it lies on the same route.
     following = np.where(governed, np.arange(governed.size), governed.size - 1)
     following = np.minimum.accumulate(following[::-1])[::-1][:-1]
@@ -111,7 +111,7 @@ def _ways(
         route=route,
         offset=offset,
         limit_m_per_s=limit_m_per_s[link],
-        slot=np.where(there, np.append(slot, -1)[following], -1),
+        movement=np.where(there, np.append(movement, -1)[following], -1),
         own=there & (following == np.arange(link.size)),
         ahead_m=to_m[last + 1] - to_m[:-1],
         ahead_s=to_s[last + 1] - to_s[:-1],
@@ -140,7 +140,7 @@ def count_vehicles(
         Vehicle, index on its route of the link that it is on or has left, position on its lane in
         m, speed in m/s (negative where there is none), whether it is on a junction.
     shape
-        Intersections and orientations.
+        Intersections and movements.
     within_s
         A moving vehicle counts as approaching if it is nearer than this in free flow.
     detection_m
@@ -148,7 +148,7 @@ def count_vehicles(
 
     Returns
     -------
-    queue_veh, approaching_veh: (intersections, orientations) int32
+    queue_veh, approaching_veh: (intersections, movements) int32
     halting_veh: int
         Vehicles that halt anywhere in the network.
     """
@@ -182,7 +182,7 @@ def _count(
     within_s: int,
     detection_m: float,
 ) -> int:
-    """Add vehicles to the counts of their slots; return how many halt."""
+    """Add vehicles to the counts of their movements; return how many halt."""
     halting = 0
     for k in range(seen.shape[1]):
         place, speed = _place(ways, seen, k), seen[3, k]
@@ -191,13 +191,13 @@ def _count(
         # Who is on a junction is at the beginning of the link behind it.
         position_m = 0.0 if seen[4, k] else seen[2, k]
         away_m = ways.ahead_m[place] - position_m
-        if ways.slot[place] < 0 or not (ways.own[place] or away_m <= detection_m):
+        if ways.movement[place] < 0 or not (ways.own[place] or away_m <= detection_m):
             continue
         away_s = ways.ahead_s[place] - position_m / ways.limit_m_per_s[place]
         if halts:
-            queue[ways.slot[place]] += 1
+            queue[ways.movement[place]] += 1
         elif speed >= HALTING_M_PER_S and away_s <= within_s:
-            approaching[ways.slot[place]] += 1
+            approaching[ways.movement[place]] += 1
     return halting
 
 
@@ -223,18 +223,18 @@ def passed_in_all(ways: RouteGeometry, vehicle: LongArray) -> int:
     return int(ways.passed[ways.offset[ways.route[vehicle] + 1] - 1].sum())
 
 
-def _slots(network: RoadNetwork, offset: LongArray, link: LongArray) -> LongArray:
+def _movements(network: RoadNetwork, offset: LongArray, link: LongArray) -> LongArray:
     """Return the governed movement at the end of every link of every route; −1 if none."""
-    orientations = max(len(item.movements) for item in network.intersections)
+    width = max(len(item.movements) for item in network.intersections)
     links = len(network.links) + 1
-    pairs = {a * links + b: i * orientations + j for (a, b), (i, j) in _sorted_pairs(network)}
+    pairs = {a * links + b: i * width + j for (a, b), (i, j) in _sorted_pairs(network)}
     keys = np.fromiter(pairs.keys(), np.int64, len(pairs))
-    slots = np.fromiter(pairs.values(), np.int64, len(pairs))
+    movements = np.fromiter(pairs.values(), np.int64, len(pairs))
     wanted = link * links
     wanted[:-1] += link[1:]
     wanted[offset[1:] - 1] = -1
     found = np.minimum(np.searchsorted(keys, wanted), keys.size - 1)
-    return np.where(keys[found] == wanted, slots[found], -1)
+    return np.where(keys[found] == wanted, movements[found], -1)
 
 
 def _sorted_pairs(network: RoadNetwork) -> list[tuple[tuple[int, int], tuple[int, int]]]:

@@ -62,5 +62,5 @@ class Crossings:
         links_behind = np.zeros(ways.offset.size - 1, np.int64)
         links_behind[ways.route] = self._links_behind
         behind = np.repeat(ways.offset[:-1] + links_behind, np.diff(ways.offset))
-        crossed = ways.own & (np.arange(ways.slot.size) < behind)
-        return np.bincount(ways.slot[crossed] // movements, minlength=intersections)
+        crossed = ways.own & (np.arange(ways.movement.size) < behind)
+        return np.bincount(ways.movement[crossed] // movements, minlength=intersections)

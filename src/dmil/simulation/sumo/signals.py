@@ -66,12 +66,12 @@ class SignalHeads:
         interval_s: int,
         walks: Sequence[WalkEnds],
     ) -> None:
-        count, _, orientations = signals.served.shape
+        count, _, width = signals.served.shape
         self._signals, self._states, self._times = signals, states, times
         self._rules = Rules(interval_s, 0, times.clearance_s, times.min_green_s, times.max_green_s)
         self._later: list[Switch] = []
         self._walks = walks
-        self._go_from_s = np.full((count, orientations), NEVER_S, np.int32)
+        self._go_from_s = np.full((count, width), NEVER_S, np.int32)
         self._switch_s = np.full(count, NEVER_S, np.int32)
         self._program = np.zeros(count, np.int32)
         self.phase = np.full(count, -1, np.int32)

@@ -40,7 +40,7 @@ class Survey(NamedTuple):
         there is none.
     lane: (places,) int64
         The lane on which it crossed, network-wide; −1 if it did not.
-    green: (seconds, intersections, orientations) bool
+    green: (seconds, intersections, movements) bool
         What had green in every second.
     """
 
@@ -158,8 +158,8 @@ class SurveyFiles:
         assert self._files is not None
         signals = self._files.signals
         index = {item.id.encode(): i for i, item in enumerate(signals)}
-        orientations = max(len(item.movements) for item in self.network.intersections)
-        green = np.zeros((seconds, len(signals), orientations), np.bool_)
+        width = max(len(item.movements) for item in self.network.intersections)
+        green = np.zeros((seconds, len(signals), width), np.bool_)
         known: dict[tuple[int, bytes], BoolArray] = {}
         for _, values in _elements(self.folder / "states.xml", b"tlsState"):
             # SUMO notes at the end of a step what was shown in it.
@@ -168,13 +168,13 @@ class SurveyFiles:
                 continue
             state = values[b"state"]
             if (i, state) not in known:
-                known[i, state] = _served(state.decode(), signals[i].links, orientations)
+                known[i, state] = _served(state.decode(), signals[i].links, width)
             green[second, i] = known[i, state]
         return green
 
 
-def _served(state: str, links: Sequence[Sequence[int]], orientations: int) -> BoolArray:
-    served = np.zeros(orientations, np.bool_)
+def _served(state: str, links: Sequence[Sequence[int]], width: int) -> BoolArray:
+    served = np.zeros(width, np.bool_)
     for j, places in enumerate(links):
         served[j] = any(state[place] in GREEN for place in places)
     return served

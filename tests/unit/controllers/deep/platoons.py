@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dmil.controllers import Situation
+from dmil.controllers import RunContext
 from dmil.network import grid
 from dmil.scenarios import SignalTiming
 from dmil.seeding import stream
@@ -27,10 +27,10 @@ class Platoons:
         turn = np.zeros(intersections, int) if alike else np.arange(intersections)
         self.phase_of = (np.arange(KINDS) + turn[:, None]) % KINDS
 
-    def begin(self, controller, seed, run):
+    def reset(self, controller, seed, run):
         """Begin a run of a controller, and the vehicles of that run."""
         timing = SignalTiming()
-        controller.begin(Situation(self.network, timing, stream(seed, run, "exploration")))
+        controller.reset(RunContext(self.network, timing, stream(seed, run, "exploration")))
         self.rng = stream(seed, run, "platoons")
         self.queue = np.zeros((len(self.phase_of), KINDS), int)
         self.arrive()
@@ -72,7 +72,7 @@ class Platoons:
         """
         best, stayed, worst = [], [], []
         for run in runs:
-            self.begin(controller, seed, run)
+            self.reset(controller, seed, run)
             reward = None
             for k in range(decisions):
                 phases = controller.decide(self.seen(10 * k), reward)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.errors import DivergedError, PolicyError
 from dmil.network import grid
 from dmil.rewards import make_reward
@@ -19,7 +19,7 @@ SMALL = {"batch_size": 4, "hidden": 8, "training_decisions": 100}
 
 
 def begin(controller, network, seed=0):
-    controller.begin(Situation(network, SignalTiming(), stream(seed)))
+    controller.reset(RunContext(network, SignalTiming(), stream(seed)))
     return controller
 
 

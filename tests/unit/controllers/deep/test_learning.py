@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.scenarios import SignalTiming
 from dmil.seeding import stream
 from tests.unit.controllers.deep.platoons import Platoons
@@ -24,7 +24,7 @@ def trained(name, problem, **options):
 
 def frozen(learner, name, problem, **options):
     greedy = make_controller(name, {**options, "learning": False})
-    greedy.begin(Situation(problem.network, SignalTiming(), stream(0)))
+    greedy.reset(RunContext(problem.network, SignalTiming(), stream(0)))
     greedy.restore(learner.arrays())
     return greedy
 
@@ -84,7 +84,7 @@ def test_the_horizon_is_no_end(name):
     }
     learner = make_controller(name, {**options, "training_decisions": 1000})
     for run in range(600):
-        problem.begin(learner, 0, run)
+        problem.reset(learner, 0, run)
         seen = problem.seen(0)
         learner.decide(seen, None)
         learner.decide(seen, np.array([-1.0]))

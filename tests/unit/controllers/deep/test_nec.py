@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.controllers.deep.nec import NecController
 from dmil.controllers.deep.q_network import features
 from dmil.controllers.deep.settings import NecSettings
@@ -25,7 +25,7 @@ def practise(controller, network=NETWORK, *, decisions=60, seed=1):
     """Let a controller decide on queues drawn at random; return its actions."""
     rng, size = stream(seed, "queues"), len(network.intersections)
     most = max(len(item.movements) for item in network.intersections)
-    controller.begin(Situation(network, SignalTiming(), stream(seed)))
+    controller.reset(RunContext(network, SignalTiming(), stream(seed)))
     done, earned = [], None
     for k in range(decisions):
         queue = rng.poisson(0.4, (size, most)).astype(np.int32)
@@ -143,7 +143,7 @@ def test_a_frozen_controller_does_not_change():
     learned = make_controller("nec")
     practise(learned)
     frozen = make_controller("nec", {"learning": False})
-    frozen.begin(Situation(NETWORK, SignalTiming(), stream(2)))
+    frozen.reset(RunContext(NETWORK, SignalTiming(), stream(2)))
     frozen.restore(learned.arrays())
     practise(frozen, seed=4)
     for name, array in learned.arrays().items():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.controllers.episodic.returns import ReturnWindow, best_tried
 from dmil.errors import DivergedError, PolicyError
 from dmil.network import grid
@@ -28,8 +28,8 @@ EACH = pytest.mark.parametrize("name", NAMES)
 SLOWLY = {"exploration_part": 0.8, "discount": 0.9, "reach": 0}
 
 
-def situation(network, seed=1):
-    return Situation(network, SignalTiming(), stream(seed))
+def context(network, seed=1):
+    return RunContext(network, SignalTiming(), stream(seed))
 
 
 def observation(queue, time_s=0):
@@ -43,7 +43,7 @@ def practise(controller, network, *, decisions=60, seed=1, mean_veh=0.4):
     """Let a controller decide on queues drawn at random; return its actions."""
     rng, size = stream(seed, "queues"), len(network.intersections)
     most = max(len(item.movements) for item in network.intersections)
-    controller.begin(situation(network, seed))
+    controller.reset(context(network, seed))
     done, earned = [], None
     for k in range(decisions):
         seen = observation(rng.poisson(mean_veh, (size, most)), 10 * k)
@@ -84,13 +84,13 @@ def test_the_best_choices_are_those_of_the_longest_queue():
 def test_mfec_takes_luck_for_merit():
     """Of a sure 1 and a draw of −9 or +2, the maximum of returns prefers the draw."""
     controller = make_controller("mfec", {"steps": 1, "training_decisions": 200})
-    controller.begin(situation(grid(1, 1)))
+    controller.reset(context(grid(1, 1)))
     rng, earned = stream(0, "gamble"), None
     for k in range(300):
         action = controller.decide(observation([[1] * 12], 10 * k), earned)[0]
         earned = np.array([rng.choice([-9.0, 2.0]) if action == 0 else 1.0])
     frozen = make_controller("mfec", {"learning": False})
-    frozen.begin(situation(grid(1, 1)))
+    frozen.reset(context(grid(1, 1)))
     frozen.restore(controller.arrays())
     assert frozen.decide(observation([[1] * 12]), None)[0] == 0
 
@@ -117,7 +117,7 @@ def test_the_value_of_a_state_is_its_best_tried_one():
 def test_mfec_by_hand():
     """n = 1: an entry keeps its phase's largest reward; a new state gets that of its neighbour."""
     controller = make_controller("mfec", {"steps": 1, "epsilon_first": 0.0, "epsilon_last": 0.0})
-    controller.begin(situation(grid(1, 1)))
+    controller.reset(context(grid(1, 1)))
     rng, best, found, last, reward = stream(0, "rewards"), {}, 0, None, None
     for k in range(60):
         found += len(best)
@@ -183,7 +183,7 @@ def test_a_frozen_controller_does_not_change(name):
     learned = make_controller(name)
     practise(learned, network)
     frozen = make_controller(name, {"learning": False})
-    frozen.begin(situation(network))
+    frozen.reset(context(network))
     frozen.restore(learned.arrays())
     practise(frozen, network, seed=4)
     for key, array in learned.arrays().items():
@@ -200,7 +200,7 @@ def test_intersections_of_one_shape_share_their_memory(name):
     use = controller.memory_use()
     assert use.entries == use.entries_total > alone.entries
     with pytest.raises(PolicyError, match="other shapes"):
-        controller.begin(situation(network))
+        controller.reset(context(network))
     # Three shapes have three memories: an agent's own is a part of all.
     controller = make_controller(name)
     practise(controller, network)
@@ -227,7 +227,7 @@ def test_arrays_of_another_controller_are_refused(name):
 @EACH
 def test_rewards_beyond_all_numbers_stop_the_run(name):
     controller, reward = make_controller(name, {"discount": 0.999}), None
-    controller.begin(situation(grid(1, 1)))
+    controller.reset(context(grid(1, 1)))
     with pytest.raises(DivergedError, match=f"'{name}' diverged at [0-9]+ s"):
         for k in range(100):
             controller.decide(observation([[0] * 12], 10 * k), reward)

@@ -9,7 +9,7 @@ from itertools import product
 
 import numpy as np
 
-from dmil.controllers import Situation
+from dmil.controllers import RunContext
 from dmil.network import grid
 from dmil.scenarios import SignalTiming
 from dmil.seeding import stream
@@ -58,7 +58,7 @@ def best_phases(discount):
 
 def begin(controller):
     """Begin a run before one intersection of the paper."""
-    controller.begin(Situation(NETWORK, SignalTiming(), stream(0)))
+    controller.reset(RunContext(NETWORK, SignalTiming(), stream(0)))
 
 
 def choice(controller, state, shown=0, waited=(0, 0)):
@@ -95,7 +95,7 @@ def show_at_random(controller, decisions):
 class Best:
     """Chooses best: what is possible."""
 
-    def begin(self, situation):
+    def reset(self, context):
         self.best = best_phases(0.9)
 
     def decide(self, seen, reward):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dmil.controllers import Situation
+from dmil.controllers import RunContext
 from dmil.controllers.lanes.lane_groups import lane_groups
 from dmil.network import Junction, Link, Movement, RoadNetwork, grid
 from dmil.scenarios import QueueDynamics, SignalTiming
@@ -14,12 +14,12 @@ from dmil.seeding import stream
 
 def groups_of(network, **dynamics):
     timing = SignalTiming(decision_interval_s=10)
-    return lane_groups(Situation(network, timing, stream(0), dynamics=QueueDynamics(**dynamics)))
+    return lane_groups(RunContext(network, timing, stream(0), dynamics=QueueDynamics(**dynamics)))
 
 
 def members(groups):
-    """Return the slots of every group."""
-    return [part.tolist() for part in np.split(groups.slots, groups.slot_offset[1:-1])]
+    """Return the movements of every group."""
+    return [part.tolist() for part in np.split(groups.movements, groups.movement_offset[1:-1])]
 
 
 def with_lanes(network, lanes):

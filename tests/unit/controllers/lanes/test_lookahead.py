@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.errors import DivergedError, InputError, PolicyError
 from dmil.network import grid
 from dmil.rewards import make_reward
@@ -28,7 +28,7 @@ def lookahead(**options):
 
 def begun(network=None, timing=None, **options):
     controller = lookahead(**options)
-    controller.begin(Situation(network or grid(1, 1), timing or SignalTiming(), stream(0)))
+    controller.reset(RunContext(network or grid(1, 1), timing or SignalTiming(), stream(0)))
     return controller
 
 
@@ -45,7 +45,7 @@ def run(controller, made, seed=0):
     """Run a controller; return its phases at every decision."""
     simulator, chosen = QueueSimulator(made), []
     vehicles = vehicles_of_seed(made, seed)
-    controller.begin(Situation(made.network, made.timing, stream(seed), dynamics=made.dynamics))
+    controller.reset(RunContext(made.network, made.timing, stream(seed), dynamics=made.dynamics))
     seen = simulator.reset(vehicles)
     while seen.time_s < made.horizon_s:
         chosen.append(controller.decide(seen, None).tolist())
@@ -225,9 +225,9 @@ def test_arrays_of_something_else_are_refused(spoilt):
 
 def test_lanes_treated_in_ways_it_does_not_know():
     controller = begun(grid(1, 1))
-    controller.begin(Situation(grid(2, 2), SignalTiming(), stream(0)))
+    controller.reset(RunContext(grid(2, 2), SignalTiming(), stream(0)))
     with pytest.raises(PolicyError, match="knows 2 of 3 ways to treat a lane"):
-        controller.begin(Situation(grid(2, 2), CLEARANCE, stream(0)))
+        controller.reset(RunContext(grid(2, 2), CLEARANCE, stream(0)))
 
 
 def test_a_table_that_knows_more_ways_is_loaded():
@@ -274,7 +274,7 @@ def test_a_resumed_training_is_an_uninterrupted_one():
     whole, begin, resumed = lookahead(), lookahead(), lookahead()
     train(made, whole, reward, 3, episodes=range(3))
     train(made, begin, reward, 3, episodes=range(1))
-    resumed.begin(Situation(made.network, made.timing, stream(0)))
+    resumed.reset(RunContext(made.network, made.timing, stream(0)))
     resumed.restore(begin.arrays())
     train(made, resumed, reward, 3, episodes=range(1, 3))
     for name, array in whole.arrays().items():

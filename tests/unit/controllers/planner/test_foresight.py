@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.controllers.planner.beam import search
 from dmil.controllers.planner.foresight import ForesightController, ForesightSettings, crossing_of
 from dmil.demand import PoissonDemand, Vehicles
@@ -56,7 +56,7 @@ def made(kind, *, timing="paper", dynamics="paper", horizon_s=600, load=3.0, tee
 
 
 def situation_of(found, vehicles):
-    return Situation(found.network, found.timing, stream(0, "none"), vehicles, found.dynamics)
+    return RunContext(found.network, found.timing, stream(0, "none"), vehicles, found.dynamics)
 
 
 def waited(found, vehicles, controller):
@@ -135,7 +135,7 @@ def test_a_run_that_does_not_follow_its_plan_ends():
     vehicles = vehicles_of_seed(found, 2)
     planner = make_controller("foresight")
     wrong = replace(found, dynamics=QueueDynamics(saturation_flow_veh_per_s=0.3))
-    planner.begin(situation_of(wrong, vehicles))
+    planner.reset(situation_of(wrong, vehicles))
     simulator = QueueSimulator(found)
     seen = simulator.reset(vehicles)
     with pytest.raises(
@@ -147,8 +147,8 @@ def test_a_run_that_does_not_follow_its_plan_ends():
 
 def begin(network, vehicles=None, timing=None, dynamics=None):
     empty = Vehicles(np.zeros(0, np.int32), np.zeros(1, np.int32), np.zeros(0, np.int32))
-    make_controller("foresight").begin(
-        Situation(
+    make_controller("foresight").reset(
+        RunContext(
             network,
             timing or SignalTiming(),
             stream(0, "none"),
@@ -175,7 +175,7 @@ def test_it_says_what_it_cannot_foresee():
             begin(*arguments)
         assert "grid:1x1" in str(caught.value)
     with pytest.raises(InputError, match="does not get the journeys"):
-        make_controller("foresight").begin(Situation(single, SignalTiming(), stream(0, "none")))
+        make_controller("foresight").reset(RunContext(single, SignalTiming(), stream(0, "none")))
 
 
 def test_nobody_may_come_twice():

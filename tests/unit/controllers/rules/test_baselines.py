@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from dmil.controllers import make_controller
-from dmil.controllers.protocol import Controller, Situation
+from dmil.controllers.protocol import Controller, RunContext
 from dmil.controllers.rules.baselines import (
     FixedCycleController,
     LongestQueueFirstController,
@@ -27,8 +27,10 @@ EW_F, EW_L, NS_F, NS_L, E_FL, N_FL, W_FL, S_FL = range(8)
 
 
 def begin(controller, network, *, interval_s=10, seed=0):
-    controller.begin(
-        Situation(network, SignalTiming(decision_interval_s=interval_s), stream(seed, "controller"))
+    controller.reset(
+        RunContext(
+            network, SignalTiming(decision_interval_s=interval_s), stream(seed, "controller")
+        )
     )
     return controller
 

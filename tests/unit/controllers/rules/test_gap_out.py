@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.demand import Vehicles
 from dmil.network import grid
 from dmil.scenarios import SignalTiming, scenario
@@ -15,7 +15,7 @@ EW_F, EW_L, NS_F, NS_L = range(4)
 
 def actuated(network, timing=None, **options):
     controller = make_controller("gap-out", options)
-    controller.begin(Situation(network, timing or SignalTiming(), stream(0, "none")))
+    controller.reset(RunContext(network, timing or SignalTiming(), stream(0, "none")))
     return controller
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.controllers.rules.phase_choice import PhaseChoice
 from dmil.network import grid
 from dmil.scenarios import SignalTiming
@@ -23,7 +23,7 @@ def counts(network, given):
 
 def decide(name, options, network, queue, approaching, shown, timing=WITH_CLEARANCE):
     controller = make_controller(name, options)
-    controller.begin(Situation(network, timing, stream(0, "none")))
+    controller.reset(RunContext(network, timing, stream(0, "none")))
     queue_veh, approaching_veh = counts(network, queue), counts(network, approaching)
     phase = np.full(len(network.intersections), shown, np.int32)
     zeros = np.zeros_like(phase)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.controllers.rules.shared_lanes import SharedLaneGuard, rivals_of_lanes
 from dmil.controllers.variants import parse_variant
 from dmil.network import grid
@@ -30,8 +30,8 @@ def crossing(one_lane):
     return one_lane(grid(1, 1))
 
 
-def situation(network, interval_s=10):
-    return Situation(network, SignalTiming(decision_interval_s=interval_s), stream(0, "guard"))
+def context(network, interval_s=10):
+    return RunContext(network, SignalTiming(decision_interval_s=interval_s), stream(0, "guard"))
 
 
 def movements(network, direction):
@@ -71,13 +71,13 @@ def test_rivals_share_a_lane_and_have_another_light(crossing):
 
 
 def test_without_lanes_that_can_get_stuck_there_is_no_guard():
-    for guard in (SharedLaneGuard(situation(grid(1, 1))),):
+    for guard in (SharedLaneGuard(context(grid(1, 1))),):
         assert (guard.needed, guard.bytes_total) == (False, 0)
         assert not watched(guard, *[see(grid(1, 1), EW_F, straight=3, left=2)] * 5).any()
 
 
 def test_red_counts_once_a_green_lane_did_not_move(crossing):
-    guard = SharedLaneGuard(situation(crossing))
+    guard = SharedLaneGuard(context(crossing))
     stuck = see(crossing, EW_F, straight=3, left=2)
     left = movements(crossing, "left")
     assert not watched(guard, stuck).any()  # the green may have begun late in the interval
@@ -92,13 +92,13 @@ def test_red_counts_once_a_green_lane_did_not_move(crossing):
     ids=["somebody left", "nobody else waits"],
 )
 def test_a_lane_that_moves_or_whose_rivals_do_not_wait_is_not_stuck(crossing, after):
-    guard = SharedLaneGuard(situation(crossing))
+    guard = SharedLaneGuard(context(crossing))
     before = see(crossing, EW_F, straight=3, left=2)
     assert not watched(guard, before, see(crossing, EW_F, **after)).any()
 
 
 def test_what_was_seen_fades_and_green_pays_what_is_owed(crossing):
-    guard = SharedLaneGuard(situation(crossing))
+    guard = SharedLaneGuard(context(crossing))
     stuck = see(crossing, EW_F, straight=3, left=2)
     watched(guard, stuck, stuck)
     served = watched(guard, see(crossing, EW_L, straight=3, left=2))
@@ -112,7 +112,7 @@ def test_what_was_seen_fades_and_green_pays_what_is_owed(crossing):
 def test_the_interval_does_not_change_what_time_is_worth(crossing):
     stuck = see(crossing, EW_F, straight=3, left=2)
     owed_veh = [
-        watched(SharedLaneGuard(situation(crossing, interval_s)), *[stuck] * count).max()
+        watched(SharedLaneGuard(context(crossing, interval_s)), *[stuck] * count).max()
         for interval_s, count in ((5, 12), (10, 6))
     ]
     assert owed_veh[0] == pytest.approx(owed_veh[1])
@@ -124,7 +124,7 @@ def test_with_a_guard_all_come_to_green_and_without_one_phase_stays_for_ever(cro
     late = {}
     for guard in (True, False):
         controller, phase, phases = make_controller(name, {"guard": guard}), EW_F, []
-        controller.begin(situation(crossing))
+        controller.reset(context(crossing))
         for _ in range(40):
             (phase,) = controller.decide(see(crossing, phase, straight=9, left=2), None)
             phases.append(phase)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.network import grid
 from dmil.scenarios import SignalTiming
 from dmil.seeding import stream
@@ -14,7 +14,7 @@ EW_F, EW_L, NS_F, NS_L = range(4)
 def organised(interval_s=10, **options):
     controller = make_controller("sotl", options)
     timing = SignalTiming(decision_interval_s=interval_s)
-    controller.begin(Situation(grid(1, 1), timing, stream(0, "none")))
+    controller.reset(RunContext(grid(1, 1), timing, stream(0, "none")))
     return controller
 
 
@@ -81,5 +81,5 @@ def test_a_new_run_counts_from_zero():
     controller = organised(theta_veh_s=50)
     for _ in range(2):
         decide(controller, EW_F, queue=[4, 10])
-    controller.begin(Situation(grid(1, 1), SignalTiming(), stream(0, "none")))
+    controller.reset(RunContext(grid(1, 1), SignalTiming(), stream(0, "none")))
     assert decide(controller, EW_F, queue=[4, 10]) == EW_F

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.controllers.rules.webster import (
     WebsterController,
     WebsterSettings,
@@ -47,8 +47,8 @@ def journeys(network, *counts, seconds=1000):
 def planned(network, vehicles, timing=None, dynamics=None, **settings):
     controller = WebsterController(WebsterSettings(**settings))
     rng = stream(0, "none")
-    controller.begin(
-        Situation(network, timing or SignalTiming(), rng, vehicles, dynamics or QueueDynamics())
+    controller.reset(
+        RunContext(network, timing or SignalTiming(), rng, vehicles, dynamics or QueueDynamics())
     )
     return controller
 

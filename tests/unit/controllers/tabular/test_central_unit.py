@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dmil.controllers import NO_MEMORY, Situation, make_controller
+from dmil.controllers import NO_MEMORY, RunContext, make_controller
 from dmil.controllers.tabular.announcements import Announcements
 from dmil.controllers.tabular.meetings import CHANGE, NEWS, ROWS, STAGED, Meetings, Post
 from dmil.controllers.tabular.settings import DualMemorySettings, SarsaSettings
@@ -85,7 +85,7 @@ def test_messages_and_bytes_by_hand(name):
     controller = make_controller(
         name, {**MEETING, "short_capacity": 3} if name != "sarsa" else MEETING
     )
-    controller.begin(Situation(SCENARIO.network, SCENARIO.timing, stream(1)))
+    controller.reset(RunContext(SCENARIO.network, SCENARIO.timing, stream(1)))
     rng, reward, expected, met = stream(2, "queues"), None, 0, 0
     # Keys of 12 counts; of a table Q and a flag for 8 actions, of long-term memory action and Q.
     row_bytes = 48 + (8 * 9 if name == "sarsa" else 12)
@@ -102,7 +102,7 @@ def test_messages_and_bytes_by_hand(name):
             assert rest == 0 and 5 * in_common <= sent <= 8 * in_common
             expected = use.exchanged_bytes
         assert (use.messages, use.exchanged_bytes) == (8 * met, expected)
-    controller.begin(Situation(SCENARIO.network, SCENARIO.timing, stream(1)))
+    controller.reset(RunContext(SCENARIO.network, SCENARIO.timing, stream(1)))
     assert controller.memory_use().messages == controller.memory_use().exchanged_bytes == 0
 
 
@@ -119,7 +119,7 @@ def test_two_agents_exchange_what_can_be_counted():
     """One row each at the first meeting, of two classes: 2 rows sent, 2 · 2 rows returned."""
     made = scenario("grid:1x2", horizon_s=300)
     controller = make_controller("sarsa", {"communication": True, "communication_period_s": 10})
-    controller.begin(Situation(made.network, made.timing, stream(1)))
+    controller.reset(RunContext(made.network, made.timing, stream(1)))
     queue = np.zeros((2, 12), np.int32)
     queue[1, 3] = 2
     controller.decide(observed(queue, 0), None)
@@ -220,7 +220,7 @@ def test_a_policy_does_not_hold_what_is_under_way(name, own):
     # A meeting at 250 s: its answer would come at 350 s, and the one of 150 s has come.
     controller, _ = after_a_run(name, options)
     copy = make_controller(name, options)
-    copy.begin(Situation(SCENARIO.network, SCENARIO.timing, stream(9)))
+    copy.reset(RunContext(SCENARIO.network, SCENARIO.timing, stream(9)))
     copy.restore(controller.arrays())
     again, same = (evaluate(SIMULATOR, each, VEHICLES, REWARD, 4) for each in (controller, copy))
     assert again.memory == same.memory
@@ -232,7 +232,7 @@ def test_what_is_restored_in_a_run_waits_for_no_answer():
     options = {**MEETING, "communication_delay_s": 100}
     learned, _ = after_a_run("sarsa", MEETING)
     controller = make_controller("sarsa", options)
-    controller.begin(Situation(SCENARIO.network, SCENARIO.timing, stream(1)))
+    controller.reset(RunContext(SCENARIO.network, SCENARIO.timing, stream(1)))
     rng = stream(4, "queues")
     for k in range(20):
         queue = rng.poisson(1.0, (4, 12)).astype(np.int32)
@@ -271,7 +271,7 @@ def test_resumed_training_is_uninterrupted_training(name, options):
     whole, first, second = (make_controller(name, {**MEETING, **options}) for _ in range(3))
     train(SCENARIO, whole, REWARD, 1, episodes=range(4), simulator=SIMULATOR)
     train(SCENARIO, first, REWARD, 1, episodes=range(2), simulator=SIMULATOR)
-    second.begin(Situation(SCENARIO.network, SCENARIO.timing, stream(9)))
+    second.reset(RunContext(SCENARIO.network, SCENARIO.timing, stream(9)))
     second.restore({key: array.copy() for key, array in first.arrays().items()})
     train(SCENARIO, second, REWARD, 1, episodes=range(2, 4), simulator=SIMULATOR)
     same_arrays(second, whole)
@@ -285,8 +285,8 @@ def test_announced_vehicles_count_as_queued(name):
     told, plain = (make_controller(name, {**options, "announced": on}) for on in (True, False))
     network, timing = SCENARIO.network, SignalTiming()
     for each in (told, plain):
-        each.begin(Situation(network, timing, stream(1)))
-    announcements = Announcements(Situation(network, timing, stream(1)))
+        each.reset(RunContext(network, timing, stream(1)))
+    announcements = Announcements(RunContext(network, timing, stream(1)))
     rng, reward, more = stream(3, "queues"), None, 0
     for k in range(60):
         queue, coming = (rng.poisson(mean, (4, 12)).astype(np.int32) for mean in (1.0, 0.3))

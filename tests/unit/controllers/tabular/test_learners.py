@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from dmil.controllers import MemoryController, Prior, Situation, make_controller
+from dmil.controllers import MemoryController, Prior, RunContext, make_controller
 from dmil.controllers.tabular.agents import agents_of
 from dmil.controllers.tabular.choice import explores, greedy_action, uniform_action
 from dmil.controllers.tabular.dual_memory import DualMemoryController
@@ -29,8 +29,8 @@ LEARNERS = ["sarsa", "dual-memory"]
 EACH = pytest.mark.parametrize("name", LEARNERS)
 
 
-def situation(network, seed=1):
-    return Situation(network, SignalTiming(), stream(seed))
+def context(network, seed=1):
+    return RunContext(network, SignalTiming(), stream(seed))
 
 
 def observation(queue, time_s=0):
@@ -43,7 +43,7 @@ def practise(controller, network, *, decisions=40, seed=1, begins=True):
     """Let a controller decide on queues drawn at random; return its actions."""
     rng = stream(seed, "queues")
     if begins:
-        controller.begin(situation(network, seed))
+        controller.reset(context(network, seed))
     done, reward = [], None
     for k in range(decisions):
         seen = observation(rng.poisson(1.0, (len(network.intersections), 12)), 10 * k)
@@ -67,7 +67,7 @@ def test_values_by_hand():
         (SarsaController(SarsaSettings(**options)), lambda c: c.table),
         (DualMemoryController(DualMemorySettings(**options)), lambda c: c.memory.short),
     ):
-        controller.begin(situation(network))
+        controller.reset(context(network))
         assert isinstance(controller, MemoryController)
         a = int(controller.decide(observation(first), None)[0])
         # Nothing to learn from yet.
@@ -90,7 +90,7 @@ def test_what_was_learned_stays_over_runs_on_the_same_shapes(name):
     controller = make_controller(name)
     practise(controller, grid(2, 2))
     before = {key: array.copy() for key, array in controller.arrays().items()}
-    controller.begin(situation(replace(grid(2, 2), name="the same by another name")))
+    controller.reset(context(replace(grid(2, 2), name="the same by another name")))
     after = controller.arrays()
     assert all(np.array_equal(after[key], array) for key, array in before.items())
     practise(controller, grid(2, 2), seed=2)
@@ -109,7 +109,7 @@ def test_other_shapes_after_learning_are_an_error(name, network: RoadNetwork):
     practise(controller, grid(2, 2))
     memory = controller.memory_use()
     with pytest.raises(PolicyError, match="other shapes"):
-        controller.begin(situation(network))
+        controller.reset(context(network))
     # Nothing is lost: it goes on where it learned.
     assert controller.memory_use() == memory
     practise(controller, grid(2, 2), begins=False)
@@ -121,7 +121,7 @@ def test_shared_tables_go_with_any_number_of_agents_of_their_shapes():
     practise(controller, grid(3, 3))
     assert controller.table.rows.size.shape == (1,)
     with pytest.raises(PolicyError, match="other shapes"):
-        controller.begin(situation(other_phases(grid(3, 3))))
+        controller.reset(context(other_phases(grid(3, 3))))
 
 
 @EACH
@@ -130,12 +130,12 @@ def test_a_prior_of_other_shapes_is_an_error(name):
     practise(dummy, other_phases(grid(1, 2)))
     controller = make_controller(name, prior=Prior(dummy.table))
     with pytest.raises(PolicyError, match="2 shapes with up to 12 movements"):
-        controller.begin(situation(grid(2, 2)))
+        controller.reset(context(grid(2, 2)))
     classes = SarsaController(SarsaSettings(shared=True, embedding="simple"))
     practise(classes, grid(2, 2))
     controller = make_controller(name, prior=Prior(classes.table))
     with pytest.raises(PolicyError, match="exact"):
-        controller.begin(situation(grid(2, 2)))
+        controller.reset(context(grid(2, 2)))
 
 
 @EACH
@@ -146,7 +146,7 @@ def test_a_restored_controller_goes_on_as_the_saved_one(name, embedding):
     original = make_controller(name, options)
     practise(original, network, decisions=55)
     copy = make_controller(name, options)
-    copy.begin(situation(network))
+    copy.reset(context(network))
     copy.restore({key: array.copy() for key, array in original.arrays().items()})
     done = practise(original, network, decisions=45, seed=7)
     assert practise(copy, network, decisions=45, seed=7) == done
@@ -159,7 +159,7 @@ def test_a_restored_controller_goes_on_as_the_saved_one(name, embedding):
 def test_arrays_of_another_network_cannot_be_restored(name):
     saved, other = make_controller(name), make_controller(name)
     practise(saved, grid(2, 2))
-    other.begin(situation(grid(1, 3)))
+    other.reset(context(grid(1, 3)))
     with pytest.raises(PolicyError, match="expected 3 numbers of rows"):
         other.restore(saved.arrays())
     with pytest.raises(PolicyError, match="missing"):
@@ -170,7 +170,7 @@ def test_arrays_of_another_network_cannot_be_restored(name):
 def test_rows_that_are_not_in_common_are_refused(name):
     saved, other = make_controller(name), make_controller(name)
     practise(saved, grid(2, 2))
-    other.begin(situation(grid(2, 2)))
+    other.reset(context(grid(2, 2)))
     for wrong in (-1, 10**6):
         with pytest.raises(PolicyError, match="do not have in common"):
             other.restore({**saved.arrays(), "common": np.array([wrong], np.int32)})
@@ -184,7 +184,7 @@ def test_a_larger_short_term_memory_is_staged_when_restored_into_a_smaller():
     small = DualMemoryController(
         DualMemorySettings(short_capacity=4, embedding="exact", staged_ratio=1.0)
     )
-    small.begin(situation(grid(1, 1)))
+    small.reset(context(grid(1, 1)))
     small.restore(large.arrays())
     practise(small, grid(1, 1), decisions=2, seed=3)
     assert small.memory.short.rows.size[0] == 0
@@ -197,7 +197,7 @@ def test_a_frozen_controller_does_not_change(name):
     learned = make_controller(name)
     practise(learned, grid(1, 2))
     frozen = make_controller(name, {"learning": False, "communication": True})
-    frozen.begin(situation(grid(1, 2)))
+    frozen.reset(context(grid(1, 2)))
     frozen.restore(learned.arrays())
     practise(frozen, grid(1, 2), seed=4)
     for key, array in learned.arrays().items():
@@ -234,13 +234,13 @@ def test_epsilon_decays_from_decision_to_decision_and_starts_anew():
     state, decisions = [[5] + [0] * 11], 6
     explored = np.zeros(decisions)
     controller = SarsaController(SarsaSettings(epsilon=1.0, epsilon_decay=0.5, learning=True))
-    controller.begin(situation(network))
+    controller.reset(context(network))
     best = int(controller.decide(observation(state), None)[0])
     controller.decide(observation(state), np.array([100.0]))
     arrays = controller.arrays()
     frozen = SarsaController(SarsaSettings(epsilon=1.0, epsilon_decay=0.5, learning=False))
     for seed in range(800):
-        frozen.begin(situation(network, seed))
+        frozen.reset(context(network, seed))
         if seed == 0:
             frozen.restore(arrays)
         for k in range(decisions):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dmil.controllers import Situation, make_controller
+from dmil.controllers import RunContext, make_controller
 from dmil.errors import InputError, PolicyError
 from dmil.rewards import make_reward
 from dmil.scenarios import SignalTiming, scenario
@@ -49,7 +49,7 @@ def test_who_knows_nothing_is_longest_queue_first(name, mixed_network, tee):
         rng = stream(1, "queues", network.name)
         rivals = [make_controller(name, options), make_controller("longest-queue-first")]
         for each in rivals:
-            each.begin(Situation(network, SignalTiming(), stream(1)))
+            each.reset(RunContext(network, SignalTiming(), stream(1)))
         nodes = network.intersections
         queue = np.zeros((len(nodes), max(len(node.movements) for node in nodes)), np.int32)
         for k in range(40):
@@ -79,7 +79,7 @@ def test_resumed_training_is_uninterrupted_training(options):
     whole, first, second = agent(), agent(), agent()
     train(made, whole, reward, 1, episodes=range(4), simulator=simulator)
     train(made, first, reward, 1, episodes=range(2), simulator=simulator)
-    second.begin(Situation(made.network, made.timing, stream(9)))
+    second.reset(RunContext(made.network, made.timing, stream(9)))
     second.restore({name: array.copy() for name, array in first.arrays().items()})
     train(made, second, reward, 1, episodes=range(2, 4), simulator=simulator)
     expected, found = whole.arrays(), second.arrays()
@@ -103,13 +103,13 @@ def test_a_memory_goes_from_one_cap_to_another_only_where_it_fits():
     assert not [name for name in free.arrays() if name.startswith("admission")]
     # The cap may be lifted.
     fresh = make_controller("dual-memory", {"short_capacity": 2})
-    fresh.begin(Situation(made.network, made.timing, stream(1)))
+    fresh.reset(RunContext(made.network, made.timing, stream(1)))
     fresh.restore(capped.arrays())
     expected = capped.memory_use().long_term_entries
     assert fresh.memory_use().long_term_entries == expected
     # What does not fit under it is refused, with a cure.
     other = make_controller("dual-memory", {"short_capacity": 2, "long_capacity": 5})
-    other.begin(Situation(made.network, made.timing, stream(1)))
+    other.reset(RunContext(made.network, made.timing, stream(1)))
     with pytest.raises(PolicyError, match="at most long_capacity = 5"):
         other.restore(free.arrays())
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dmil.controllers import Prior, Situation
+from dmil.controllers import Prior, RunContext
 from dmil.controllers.tabular.agents import agents_of, classes_of
 from dmil.controllers.tabular.dual_memory import DualMemoryController
 from dmil.controllers.tabular.sarsa import SarsaController
@@ -30,7 +30,7 @@ def vehicles(seed):
 def run(controller, journeys, rng):
     """Return what was seen and done at every decision."""
     simulator = QueueSimulator(SCENARIO)
-    controller.begin(Situation(NETWORK, SignalTiming(), rng))
+    controller.reset(RunContext(NETWORK, SignalTiming(), rng))
     observation, reward, done = simulator.reset(journeys), None, []
     while observation.time_s < SCENARIO.horizon_s:
         action = controller.decide(observation, reward)
@@ -51,7 +51,7 @@ def trained(kind):
         state for seed in range(6) for state, _ in run(controller, vehicles(seed), stream(seed))
     ]
     frozen = make(settings(embedding="complex", epsilon=0.0, learning=False))
-    frozen.begin(Situation(NETWORK, SignalTiming(), stream(0)))
+    frozen.reset(RunContext(NETWORK, SignalTiming(), stream(0)))
     frozen.restore(controller.arrays())
     return frozen, seen
 
@@ -67,12 +67,12 @@ def shown(controller, state):
 
 def rotated(state, turn):
     moved = np.zeros(12, np.int32)
-    moved[GROUP.orientation_image[turn]] = state
+    moved[GROUP.movement_image[turn]] = state
     return moved.tolist()
 
 
 def variants_of(state):
-    places = CLASSES.orientation_image.shape[2]
+    places = CLASSES.movement_image.shape[2]
     key, variants = np.zeros(places, np.int32), np.zeros((4, places), np.int32)
     embed(CLASSES, np.array(state, np.int32), key)
     vary(CLASSES, 0, key, variants)
@@ -125,7 +125,7 @@ class RotatedChance:
 
 def rotated_vehicles(journeys, turn):
     """Return the same journeys with every side's name moved on."""
-    sides = GROUP.orientation_image[turn, ::3] // 3
+    sides = GROUP.movement_image[turn, ::3] // 3
     name = {old: SIDES[sides[s]] for s, old in enumerate(SIDES)}
     name["0,0"] = "0,0"
     link = [NETWORK.link_index[f"{name[item.start]}>{name[item.end]}"] for item in NETWORK.links]
@@ -137,7 +137,7 @@ def rotated_prior(prior, turn):
     arrays = pack(prior.table)
     moved = {name: np.zeros_like(array) for name, array in arrays.items()}
     moved["size"], moved["visits"] = arrays["size"], arrays["visits"]
-    moved["keys"][:, GROUP.orientation_image[turn]] = arrays["keys"]
+    moved["keys"][:, GROUP.movement_image[turn]] = arrays["keys"]
     for name in ("value", "tried"):
         moved[name][:, GROUP.phase_image[turn]] = arrays[name]
     return Prior(unpack_values(moved, prior.table))
