@@ -13,7 +13,7 @@ METRIC = "delay_s"
 """What contenders are ranked by."""
 PLAN = "program"
 NO_RIVALS = tuple(name for name, entry in CONTROLLERS.items() if entry.oracle)
-"""Controllers that nobody could use: they know who will come."""
+"""Controllers that cannot be deployed: they know all future arrivals."""
 
 
 def answer(found: Comparison) -> str:

@@ -26,7 +26,7 @@ from dmil.training import evaluate, vehicles_of_seed
 from dmil.training.flow import Flow, FlowRecorder, locks
 
 REFERENCE = "max-pressure"
-"""Whom differences are taken to, unless another is named."""
+"""Default reference for paired differences."""
 
 
 Item = tuple[Contender, int]

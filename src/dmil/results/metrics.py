@@ -116,7 +116,7 @@ METRICS: dict[str, Metric] = {
     "mean_queue_veh": Metric(
         "mean queue in the network",
         "veh",
-        "Vehicles that wait, averaged over the run.",
+        "Vehicles waiting, averaged over the run.",
         fine_digits=2,
         better="less",
         short=("mean queue", "veh"),
@@ -125,7 +125,7 @@ METRICS: dict[str, Metric] = {
     "travel_time_s": Metric(
         "travel time",
         "s",
-        "CityFlow's average travel time: wished departure to arrival per spawned vehicle; those "
+        "CityFlow's average travel time: scheduled departure to arrival per spawned vehicle; those "
         "that have not arrived count up to the end of the run.",
         better="less",
     ),
@@ -147,7 +147,7 @@ METRICS: dict[str, Metric] = {
     "stops_per_spawned": Metric(
         "stops per vehicle",
         "",
-        "Times that a vehicle came to a halt inside the network, per spawned vehicle.",
+        "Stops of vehicles inside the network, per spawned vehicle.",
         digits=2,
         better="less",
         short=("stops", "per vehicle"),
@@ -170,8 +170,8 @@ METRICS: dict[str, Metric] = {
     "person_delay_s": Metric(
         "delay of persons",
         "s",
-        "Time that a person who walks stands still, most of it before crossings, per person that "
-        "has departed; those under way count up to the end of the run.",
+        "Time that pedestrians stand still, mostly at crossings, per departed person; those still "
+        "walking count up to the end of the run.",
         better="less",
         sumo_only=True,
         optional=True,
