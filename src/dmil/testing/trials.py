@@ -186,7 +186,7 @@ class RunWatch:
         """Begin, and note what the intersections have."""
         self._intersections = context.network.intersections
         self._phase_count = np.array([len(item.phases) for item in self._intersections])
-        self._witness.where = f"begin of {self._place}"
+        self._witness.where = f"reset of {self._place}"
         with (
             self._witness.no_exception(ControllerRule.RUNS, "reset"),
             self._witness.no_global_chance(ControllerRule.CHANCE),

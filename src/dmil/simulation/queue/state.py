@@ -3,10 +3,11 @@
 Parameters (`Layout`), journeys (`Trips`) and state (`State`) are separate; the kernel moves the
 state and never allocates. A *movement* has one entry in the state vector of its intersection; the
 flat index ``intersection * width + number`` names it network-wide, ``width`` being the number of
-movements of the widest intersection. Vehicles queue in lanes; a lane may serve several movements of its link. A *leg* of a journey is the way
-to the next stop line, or from the last one to the end; junctions where nobody waits lie within
-legs. Those where vehicles may have to wait without a signal have the movements after those of
-intersections, and so further rows in the tables by intersection and movement.
+movements of the widest intersection. Vehicles queue in lanes; a lane may serve several movements of
+its link. A *leg* of a journey is the way to the next stop line, or from the last one to the end;
+junctions where nobody waits lie within legs. Those where vehicles may have to wait without a signal
+have the movements after those of intersections, and so further rows in the tables by intersection
+and movement.
 """
 
 from __future__ import annotations
