@@ -10,7 +10,7 @@ import json
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,14 +23,15 @@ PNG_SCALE = 2.0
 PROCESSES = 2
 
 
-def draw(spec: dict[str, Any]) -> dict[str, bytes]:
-    """Draw a Vega-Lite specification once and return it in every picture format."""
+def draw(spec: dict[str, Any], formats: Sequence[str] = PICTURE_FORMATS) -> dict[str, bytes]:
+    """Draw a Vega-Lite specification once and return it in several picture formats."""
     svg = vl_convert.vegalite_to_svg(spec, allowed_base_urls=[])
-    return {
-        "svg": svg.encode(),
-        "png": bytes(vl_convert.svg_to_png(svg, scale=PNG_SCALE)),
-        "pdf": bytes(vl_convert.svg_to_pdf(svg)),
+    drawn: dict[str, Callable[[], bytes]] = {
+        "svg": svg.encode,
+        "png": lambda: bytes(vl_convert.svg_to_png(svg, scale=PNG_SCALE)),
+        "pdf": lambda: bytes(vl_convert.svg_to_pdf(svg)),
     }
+    return {format: drawn[format]() for format in formats}
 
 
 class DrawingProcesses:

@@ -48,7 +48,7 @@ def picture(spec: Specification, format: str) -> bytes:
     if format == "html":
         page: str = vl_convert.vegalite_to_html(spec, bundle=True)
         return page.encode()
-    return draw(spec)[format]
+    return draw(spec, [format])[format]
 
 
 def save_figure(chart: alt.TopLevelMixin | Specification, path: Path | str) -> Path:

@@ -212,7 +212,7 @@ def test_missing_controllers_are_no_obstacle(make_study, name):
     folder = make_study(cells=cells, scenarios=("grid:3x3",), seeds=2)
     assert write_report(folder, pictures=False).is_file()
     for figure in figures_of(folder, "matched"):
-        assert draw(figure.spec)["svg"].startswith(b"<svg")
+        assert draw(figure.spec, ["svg"])["svg"].startswith(b"<svg")
 
 
 def test_one_seed_is_said_and_nothing_is_claimed(make_study):

@@ -199,7 +199,7 @@ def test_partial_studies_have_a_report(make_resco_study, name):
         _Page(page.read_text())
     assert not (path.parent / "figures").exists()
     for figure in figures_of(folder):
-        assert draw(figure.spec)["svg"].startswith(b"<svg")
+        assert draw(figure.spec, ["svg"])["svg"].startswith(b"<svg")
 
 
 def test_one_seed_and_failures_and_a_missing_sumo_are_said(make_resco_study):
