@@ -53,6 +53,6 @@ def contenders_chart(found: Comparison, metric: str, title: str) -> Chart:
     points = alt.Chart(values(means)).mark_point(color=INK, filled=True, size=70, opacity=1)
     return alt.layer(
         dots.encode(x=x, y=y, tooltip=[*tip, alt.Tooltip("seed:Q")]),
-        bars.encode(x=alt.X("low:Q"), x2="high:Q", y=y),
+        bars.encode(x=alt.X("low:Q"), x2=alt.X2("high:Q"), y=y),
         points.encode(x=x, y=y, tooltip=tip),
     ).properties(width="container", height=ROW_PX * len(found.labels))

@@ -88,7 +88,7 @@ def lines(
     low = y.copy()
     low.shorthand = "low:Q"
     base = alt.Chart(values(data)).encode(x=x)
-    band = base.mark_area(opacity=0.2).encode(y=low, y2="high:Q", color=hue)
+    band = base.mark_area(opacity=0.2).encode(y=low, y2=alt.Y2("high:Q"), color=hue)
     line = base.mark_line(strokeWidth=1.8).encode(
         y=y,
         color=hue,
@@ -138,7 +138,7 @@ def dots(
     if offset is not None:
         placed["yOffset"] = offset
     base = alt.Chart().transform_filter("isValid(datum.mean)")
-    bar = base.mark_rule(strokeWidth=1.6).encode(x=x("low:Q"), x2="high:Q", **placed)
+    bar = base.mark_rule(strokeWidth=1.6).encode(x=x("low:Q"), x2=alt.X2("high:Q"), **placed)
     dot = base.mark_point(filled=True, size=34, opacity=1).encode(
         x=x("mean:Q"),
         tooltip=[

@@ -223,7 +223,7 @@ class Sheet:
         base = alt.Chart(alt.InlineData(values=json.dumps(rows)))
         colour = alt.Color("colour:N", scale=None, legend=None)
         fill = alt.Fill("colour:N", scale=None, legend=None)
-        path = {"detail": "path:N", "order": "at:Q"}
+        path = {"detail": alt.Detail("path:N"), "order": alt.Order("at:Q")}
         drawn: alt.Chart
         if kind == "text":
             size, align, bold = more
@@ -233,7 +233,7 @@ class Sheet:
                 baseline="middle",
                 fontWeight="bold" if bold else "normal",
             )
-            drawn = mark.encode(text="text:N", color=colour, **placed)
+            drawn = mark.encode(text=alt.Text("text:N"), color=colour, **placed)
         elif kind == "dot":
             rim_width, names = more
             mark = base.mark_point(filled=True, opacity=1, strokeWidth=rim_width)

@@ -78,5 +78,5 @@ def _panel(
             ],
         )
     )
-    one = alt.Chart(alt.InlineData(values=[{"y": 1}])).mark_rule(color=FAINT).encode(y="y:Q")
+    one = alt.Chart(alt.InlineData(values=[{"y": 1}])).mark_rule(color=FAINT).encode(y=alt.Y("y:Q"))
     return alt.layer(one, lines, width=_WIDTH, height=_HEIGHT, title=title)

@@ -150,15 +150,18 @@ def waiting_and_bytes(overall: pl.DataFrame, cost: pl.DataFrame) -> Chart | None
     up = log_field(alt.Y, "mean:Q", RATIO, y)
     base = alt.Chart(values(data.drop("controller")))
     bar = base.mark_rule(strokeWidth=1.4).encode(
-        x=across, y=log_field(alt.Y, "low:Q", RATIO, y), y2="high:Q", color=colour
+        x=across, y=log_field(alt.Y, "low:Q", RATIO, y), y2=alt.Y2("high:Q"), color=colour
     )
     dot = base.mark_point(filled=True, size=70, opacity=1).encode(
-        x=across, y=up, color=colour, tooltip=["name:N", "bytes:Q", "mean:Q"]
+        x=across,
+        y=up,
+        color=colour,
+        tooltip=[alt.Tooltip("name:N"), alt.Tooltip("bytes:Q"), alt.Tooltip("mean:Q")],
     )
     flat = alt.Chart(values(pl.DataFrame(rules, schema=["rule", "mean"], orient="row")))
     rule = flat.mark_rule(color=FAINT, strokeDash=[4, 3]).encode(y=up)
     said = flat.mark_text(align="right", baseline="bottom", dx=-3, dy=-2, color=FAINT).encode(
-        y=up, x=alt.value(_SIZE[0]), text="rule:N"
+        y=up, x=alt.value(_SIZE[0]), text=alt.Text("rule:N")
     )
     return alt.layer(rule, said, bar, dot, *_names(data, rules, x, y, colour)).properties(
         width=_SIZE[0],
@@ -209,7 +212,7 @@ def _names(
                 text.encode(
                     x=alt.X("x:Q", scale=None, axis=None, title=None),
                     y=alt.Y("y:Q", scale=None, axis=None, title=None),
-                    text="name:N",
+                    text=alt.Text("name:N"),
                     color=colour,
                 )
             )

@@ -131,13 +131,17 @@ def _panels(
     layers = [
         base.transform_filter("isValid(datum.low)")
         .mark_area(opacity=0.15)
-        .encode(x=x, y=low, y2="high:Q", color=colour),
+        .encode(x=x, y=low, y2=alt.Y2("high:Q"), color=colour),
         base.mark_line(strokeWidth=1.7).encode(
-            x=x, y=y, color=colour, strokeDash=dash, tooltip=["name:N", "x:Q", "mean:Q"]
+            x=x,
+            y=y,
+            color=colour,
+            strokeDash=dash,
+            tooltip=[alt.Tooltip("name:N"), alt.Tooltip("x:Q"), alt.Tooltip("mean:Q")],
         ),
         base.transform_filter("isValid(datum.len)")
         .mark_point(filled=True, size=40, opacity=1)
-        .encode(x=x, y=y, color=colour, tooltip=["name:N", "mean:Q"]),
+        .encode(x=x, y=y, color=colour, tooltip=[alt.Tooltip("name:N"), alt.Tooltip("mean:Q")]),
     ]
     if rule is not None:
         layers.insert(0, alt.Chart().mark_rule(color=FAINT).encode(y=alt.datum(rule)))

@@ -118,7 +118,7 @@ def paper_against_ours(table: pl.DataFrame, preset: str) -> Chart | None:
         alt.Chart()
         .transform_filter("isValid(datum.paper_mean)")
         .mark_point(shape="diamond", size=70, filled=False, color=INK, strokeWidth=1.2, opacity=1)
-        .encode(x="paper_mean:Q", y=y, tooltip=[alt.Tooltip("paper_mean:Q", title="paper")])
+        .encode(x=alt.X("paper_mean:Q"), y=y, tooltip=[alt.Tooltip("paper_mean:Q", title="paper")])
     )
     return (
         alt.layer(reference_rules(), *dots(y, hue), paper)

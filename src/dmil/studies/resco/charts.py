@@ -79,7 +79,9 @@ def delays(headline: pl.DataFrame, simulator: str) -> Chart | None:
         .transform_filter("isValid(datum.published_s)")
         .mark_point(shape="diamond", size=60, filled=False, color=INK, strokeWidth=1.2, opacity=1)
         .encode(
-            x="published_s:Q", y=y, tooltip=[alt.Tooltip("published_s:Q", title="published (s)")]
+            x=alt.X("published_s:Q"),
+            y=y,
+            tooltip=[alt.Tooltip("published_s:Q", title="published (s)")],
         )
     )
     chart: Chart = (
@@ -135,7 +137,12 @@ def simulators_scatter(scores: pl.DataFrame, judge: str) -> Chart | None:
         y=alt.Y("fast:Q", title=f"{DELAY}, queue simulator", scale=scale, axis=axis),
         color=colour,
         shape=shape,
-        tooltip=["label:N", "network:N", "sumo:Q", "fast:Q"],
+        tooltip=[
+            alt.Tooltip("label:N"),
+            alt.Tooltip("network:N"),
+            alt.Tooltip("sumo:Q"),
+            alt.Tooltip("fast:Q"),
+        ],
     )
     return (
         alt.layer(equal, points)
@@ -211,7 +218,13 @@ def memory_and_delay(scores: pl.DataFrame, judge: str, reference: pl.DataFrame) 
         y=log_field(alt.Y, "ratio:Q", "delay / max-pressure's"),
         color=colour,
         shape=shape,
-        tooltip=["label:N", "network:N", "kib:Q", "ratio:Q", "delay:Q"],
+        tooltip=[
+            alt.Tooltip("label:N"),
+            alt.Tooltip("network:N"),
+            alt.Tooltip("kib:Q"),
+            alt.Tooltip("ratio:Q"),
+            alt.Tooltip("delay:Q"),
+        ],
     )
     return alt.layer(one, points, data=values(data)).properties(
         width=330,

@@ -148,13 +148,19 @@ def delay_and_memory(scores: pl.DataFrame, scenario: str, judge: str) -> Chart |
     colour, shape = contender_marks(data["label"].unique(maintain_order=True).to_list())
     base = alt.Chart(values(data)).encode(x=log_field(alt.X, "kib:Q", "memory of all agents (KiB)"))
     bars = base.mark_rule(strokeWidth=1.4).encode(
-        y=log_field(alt.Y, "low:Q", DELAY), y2="high:Q", color=colour
+        y=log_field(alt.Y, "low:Q", DELAY), y2=alt.Y2("high:Q"), color=colour
     )
     points = hollow(base).encode(
         y=log_field(alt.Y, "mean:Q", DELAY),
         color=colour,
         shape=shape,
-        tooltip=["label:N", "kib:Q", "mean:Q", "low:Q", "high:Q"],
+        tooltip=[
+            alt.Tooltip("label:N"),
+            alt.Tooltip("kib:Q"),
+            alt.Tooltip("mean:Q"),
+            alt.Tooltip("low:Q"),
+            alt.Tooltip("high:Q"),
+        ],
     )
     rules = delay.filter(pl.col("label").is_in(list(_RULES))).select("label", "mean")
     order = [name for name in _RULES if name in rules["label"]]

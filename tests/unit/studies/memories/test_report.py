@@ -3,7 +3,6 @@
 import json
 import re
 
-import altair as alt
 import pytest
 
 from dmil.errors import UnknownNameError
@@ -19,6 +18,7 @@ from dmil.studies.memories.tables import memories_tables
 from dmil.studies.report import write_report
 from tests.unit.made_up_memories import CONTROLLERS, write_made_up_study
 from tests.unit.studies.paper.test_report import LIMIT_BYTES, _Page
+from tests.unit.vega_lite import check_valid
 
 FIGURES = {
     *("differences", "standing", "profile", "waiting-and-bytes", "memory-over-time"),
@@ -66,7 +66,7 @@ def test_every_figure_is_valid_and_has_its_place(figures, report):
     assert figures.keys() == FIGURES
     text = report.read_text()
     for name, figure in figures.items():
-        alt.Chart.from_dict(figure.spec)
+        check_valid(figure.spec)
         assert figure.caption
         shown = f'id="figure-{name}"' in text
         assert shown == (figure.section != DARK)
