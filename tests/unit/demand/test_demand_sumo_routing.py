@@ -146,7 +146,7 @@ def test_a_trip_without_a_way_that_can_be_driven_keeps_its_own(make, monkeypatch
     found = routed_by_sumo(*given)
     assert ways(found, given[1]) == [LONG, ways(given[0], given[1])[1]]
     assert [(each.kind, each.count) for each in found.remarks] == [("free-flow", 1)]
-    assert "fastest at free flow" in found.remarks[0].text
+    assert "fastest route at free flow" in found.remarks[0].text
 
 
 def test_sumo_is_asked_once(make, monkeypatch, kept):

@@ -111,7 +111,7 @@ def test_the_future_of_a_row_is_in_its_own_run(capacity):
     rng, runs, plain, written = stream(capacity, "runs"), Runs(capacity), PlainRuns(), 0
     for _ in range(25):
         runs.begin(written)
-        plain.reset()
+        plain.begin()
         for _ in range(int(rng.integers(0, 9))):
             plain.of.append(plain.run)
             written += 1
