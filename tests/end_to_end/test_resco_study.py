@@ -78,7 +78,7 @@ def test_an_interrupted_study_goes_on_where_it_was(study, dmil, tmp_path):
     os.killpg(running.pid, signal.SIGINT)
     _, said = running.communicate(timeout=300)
     if running.returncode:  # it may have been quicker than the signal
-        assert "the same command continues" in said
+        assert "repeat the command to continue" in said
         assert "Traceback" not in said
     dmil(*TINY, "--jobs", 2, "--out", folder)
     assert tables(folder) == tables(study)

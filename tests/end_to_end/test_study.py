@@ -150,7 +150,7 @@ def test_an_interrupted_study_goes_on_where_it_was(sent, dmil, tmp_path, uninter
     process.send_signal(sent)  # to this process only, as `kill` does
     out, err = process.communicate()
     assert process.returncode == 1, err
-    assert f"kept in {folder}; the same command continues" in err
+    assert f"kept in {folder}; repeat the command to continue" in err
     assert "Traceback" not in err
     assert out == ""
     if Path("/proc").is_dir():

@@ -115,9 +115,9 @@ def unfair(scenario: Scenario, labels: Sequence[str]) -> str:
         return ""
     more = f" … and {len(places) - NAMED} more" if len(places) > NAMED else ""
     return (
-        f"NOT A FAIR COMPARISON: at {len(places)} of {len(items)} intersections controllers lose "
-        f"less time than the plan ({' | '.join(places[:NAMED])}{more}), so no differences are "
-        "shown. Leave out --clearance, --all-red and --min-green: then all keep the plan's times."
+        f"NOT A FAIR COMPARISON: at {len(places)} of {len(items)} intersections controllers have "
+        f"shorter lost times than the plan ({' | '.join(places[:NAMED])}{more}), so no differences "
+        "are shown. Omit --clearance, --all-red and --min-green: then all use the plan's times."
     )
 
 

@@ -91,8 +91,8 @@ SMALL: dict[str, Any] = {
 }
 """What --small sets unless it is given."""
 NO_CITIES = (
-    "Recorded cities are left out: no folder of data was given. Add --data DIR, or set "
-    f"{DATA_VARIABLE}, to a folder with a folder per city in CityFlow's format."
+    "Recorded cities are left out, since no data folder was given. Add --data DIR, or set "
+    f"{DATA_VARIABLE}, to a folder with one folder per city in CityFlow format."
 )
 
 

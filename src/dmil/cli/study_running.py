@@ -80,7 +80,7 @@ def run_and_show(study: Study[Any], settings: Any, as_json: bool) -> None:
 
 def _run(study: Study[Any], settings: Any) -> None:
     executor = settings.make_executor()
-    kept = f"what is finished is kept in {settings.out}; the same command continues"
+    kept = f"finished runs are kept in {settings.out}; repeat the command to continue"
     with stopping(kept), progress("blocks", first_word="starting") as advance:
         run_study(study, settings.out, executor=executor, progress=_telling(advance))
 

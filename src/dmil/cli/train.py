@@ -213,7 +213,7 @@ def _judged(settings: TrainParameters, scenario: Scenario, out: Path) -> Compari
     """Compare the policy where that is quick and runs no third-party code."""
     if settings.simulator != "queue" or ":" in settings.controller.name:
         return None
-    whole = f"the policy is whole; judge it: dmil evaluate --policy {out}"
+    whole = f"the policy is complete; evaluate it: dmil evaluate --policy {out}"
     with stopping(whole), waiting("comparing with controllers that need no training"):
         return judged(out, load_policy(out), recipe_of(settings), scenario)
 

@@ -109,7 +109,7 @@ def tune(settings: TuneParameters, json: bool) -> None:
         )
         plans.append((plan, settings.out / f"{label}{ENDING}"))
         check_tuning(*plans[-1])
-    kept = f"all scores are kept in {settings.out}; the same command goes on"
+    kept = f"all scores are kept in {settings.out}; repeat the command to continue"
     with stopping(kept), LocalExecutor(settings.jobs) as executor:
         for plan, path in plans:
             with progress(f"runs of {plan.label}") as advance:

@@ -72,7 +72,7 @@ class LocalExecutor:
             raise DmilError(
                 "a worker process was killed, perhaps for want of memory, or a script calls this"
                 " without \"if __name__ == '__main__':\" around it; finished runs are kept:"
-                " the same command continues, --jobs 1 needs least memory"
+                " repeat the command to continue; --jobs 1 needs least memory"
             ) from None
         finally:
             with _put_off(signal.SIGINT, signal.SIGTERM):  # a second Ctrl-C would leave it hanging

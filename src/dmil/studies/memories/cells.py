@@ -106,7 +106,7 @@ def city_folder(data: Path | None) -> Path:
     """
     if data is None:
         raise InputError(
-            "no folder of data was given",
+            "no data folder was given",
             where="cells",
             expected="a folder with one folder per city, in CityFlow's format",
             mend="add --data DIR, or set DMIL_DATA",

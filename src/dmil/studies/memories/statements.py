@@ -53,7 +53,7 @@ class Pairs:
     first: tuple of str
         Patterns of controllers, each of which has to show it.
     second: str
-        Whom it is compared with; "" where a number is compared with the threshold.
+        Controller it is compared with; "" where a number is compared with the threshold.
     measure: str
         "wait" for relative differences of waiting, "bytes" for bytes per intersection.
     """

@@ -131,7 +131,7 @@ def test_cities_come_from_the_folder_of_data(data):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"cells": ("cityflow:jinan_3x4",)}, "no folder of data was given.*--data"),
+        ({"cells": ("cityflow:jinan_3x4",)}, "no data folder was given.*--data"),
         ({"cells": ("grid:5x5/unequl",)}, "Did you mean 'unequal'"),
         ({"controllers": ("max-presure",)}, "Did you mean 'max-pressure'"),
         ({"controllers": ("max-pressure,aproaching=true",)}, "Did you mean 'approaching'"),
