@@ -1,5 +1,6 @@
 """Settings of all tests, and networks and journeys that several of them drive on."""
 
+import os
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -16,9 +17,14 @@ from dmil.network import Intersection, Link, Movement, RoadNetwork, grid
 settings.register_profile("dmil", deadline=None, derandomize=True)
 settings.load_profile("dmil")
 
+# Coverage follows the tests into the worker processes of pytest-xdist, and no further: it would make
+# each process that a test starts slower by a second or more.
+if "PYTEST_XDIST_WORKER" in os.environ:
+    os.environ.pop("COVERAGE_PROCESS_CONFIG", None)
+
 # These compute for long in plain Python, which tracing makes two to three times slower. They judge
 # what is computed; which lines are covered the others show.
-UNTRACED = {"differential", "properties", "verification"}
+UNTRACED = {"differential", "end_to_end", "properties", "verification"}
 
 
 @pytest.hookimpl(wrapper=True)
