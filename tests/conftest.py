@@ -17,7 +17,7 @@ from dmil.network import Intersection, Link, Movement, RoadNetwork, grid
 settings.register_profile("dmil", deadline=None, derandomize=True)
 settings.load_profile("dmil")
 
-# Coverage follows the tests into the worker processes of pytest-xdist, and no further: it would make
+# Coverage follows the tests into the workers of pytest-xdist, and no further: it would make
 # each process that a test starts slower by a second or more.
 if "PYTEST_XDIST_WORKER" in os.environ:
     os.environ.pop("COVERAGE_PROCESS_CONFIG", None)
