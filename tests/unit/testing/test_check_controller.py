@@ -258,7 +258,7 @@ WRONG = [
         "what restore took was changed: arrays['value'][0, ",
     ),
     (ControllerRule.RESTORE, bandit(restore=lambda self, arrays: None), "were restored"),
-    (ControllerRule.RESTORE, bandit(restore=lambda self, arrays: 1 / 0), "restore after resen"),
+    (ControllerRule.RESTORE, bandit(restore=lambda self, arrays: 1 / 0), "restore after reset"),
 ]
 
 
