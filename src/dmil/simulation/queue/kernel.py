@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dmil.compilation import inlined_kernel, kernel
-from dmil.simulation.queue.counts import count_approaching, count_queued, count_standing
+from dmil.simulation.queue.counts import count_approaching, count_queued, count_standing, observe
 from dmil.simulation.queue.right_of_way import look_ahead, must_yield
 from dmil.simulation.queue.state import (
     ARRIVED,
@@ -17,6 +17,7 @@ from dmil.simulation.queue.state import (
     VISITS,
     WAITING,
     WAITING_STEPS,
+    FloatArray,
     IntArray,
     Layout,
     State,
@@ -96,6 +97,26 @@ def advance(
     counters[TIME] = end_s
     count_standing(layout, trips, state, rules.startup_lost_s)
     count_approaching(trips, state, rules.decision_interval_s)
+
+
+@kernel
+def advance_and_observe(
+    layout: Layout,
+    trips: Trips,
+    state: State,
+    requested: IntArray,
+    steps: int,
+    rules: Rules,
+    counts: IntArray,
+    shown: IntArray,
+    waiting_veh: FloatArray,
+) -> None:
+    """Advance, then write what controllers see; see `advance` and `observe`.
+
+    For a small network a call from Python takes as long as what it is for: one, not two.
+    """
+    advance(layout, trips, state, requested, steps, rules)
+    observe(state, steps, counts, shown, waiting_veh)
 
 
 @kernel

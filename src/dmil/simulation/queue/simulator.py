@@ -26,6 +26,8 @@ from dmil.simulation.queue.state import (
     VISITS,
     WAITING,
     WAITING_STEPS,
+    FloatArray,
+    IntArray,
     State,
     Trips,
     initial_state,
@@ -53,8 +55,7 @@ class QueueSimulator:
         self._free_leg_s: npt.NDArray[np.int32]
         self._state: State | None = None
         self._advance: TypedOnce
-        self._write_seen: TypedOnce
-        self._interval_s = 0
+        self._time_s = 0
 
     @property
     def scenario(self) -> Scenario:
@@ -103,10 +104,12 @@ class QueueSimulator:
                 free_flow = replace(self._scenario, link_time_s=self._scenario.link_free_s)
                 self._free_leg_s = build_trips(free_flow, self._layout, vehicles).leg_s
             self._vehicles = vehicles
-            self._advance, self._write_seen = TypedOnce(kernel.advance), TypedOnce(observe)
+            self._advance = TypedOnce(kernel.advance_and_observe)
         self._state = initial_state(self._layout, self._trips, self.horizon_s)
-        self._interval_s = 0
-        return self._observe()
+        self._time_s = 0
+        seen = self._unseen()
+        observe(self._state, 0, *seen)
+        return self._observation(*seen)
 
     def advance(self, phases: npt.NDArray[np.integer]) -> Observation:
         """Show the given phases for one decision interval (less where the horizon is nearer).
@@ -121,7 +124,7 @@ class QueueSimulator:
         InputError
             If there is not one existing phase per intersection, or no run is under way.
         """
-        left_s = self.horizon_s - int(self.state.counters[TIME])
+        state, left_s = self.state, self.horizon_s - self._time_s
         if left_s <= 0:
             raise InputError(
                 f"the run is over: its horizon is {self.horizon_s} s",
@@ -129,11 +132,11 @@ class QueueSimulator:
                 mend="call reset",
             )
         steps = min(self.decision_interval_s, left_s)
-        self._advance(
-            self._layout, self._trips, self.state, self._checked(phases), steps, self._rules
-        )
-        self._interval_s = steps
-        return self._observe()
+        seen = self._unseen()
+        requested = self._checked(phases)
+        self._advance(self._layout, self._trips, state, requested, steps, self._rules, *seen)
+        self._time_s += steps
+        return self._observation(*seen)
 
     def passed_veh(self) -> npt.NDArray[np.int64]:
         """Return how many vehicles have left the queues of every intersection; see `Simulator`."""
@@ -184,20 +187,19 @@ class QueueSimulator:
         slow_s = np.concatenate([[0.0], np.cumsum(trips.leg_s - self._free_leg_s)])
         return float((slow_s[crossed] - slow_s[first]).sum())
 
-    def _observe(self) -> Observation:
+    def _unseen(self) -> tuple[IntArray, IntArray, FloatArray]:
+        """Return arrays for what controllers see; see `observe`."""
         intersections, _, width = self._layout.signals.served.shape
-        counts = np.empty((2, intersections, width), np.int32)
-        shown = np.empty((2, intersections), np.int32)
-        waiting_veh = np.empty((intersections, width))
-        self._write_seen(self.state, self._interval_s, counts, shown, waiting_veh)
-        return Observation(
-            queue_veh=counts[0],
-            approaching_veh=counts[1],
-            phase=shown[0],
-            phase_elapsed_s=shown[1],
-            time_s=int(self.state.counters[TIME]),
-            waiting_veh=waiting_veh,
+        return (
+            np.empty((2, intersections, width), np.int32),
+            np.empty((2, intersections), np.int32),
+            np.empty((intersections, width)),
         )
+
+    def _observation(
+        self, counts: IntArray, shown: IntArray, waiting_veh: FloatArray
+    ) -> Observation:
+        return Observation(counts[0], counts[1], shown[0], shown[1], self._time_s, waiting_veh)
 
     def _checked(self, phases: npt.NDArray[np.integer]) -> npt.NDArray[np.int32]:
         signals, where = self._layout.signals, self._scenario.name
