@@ -38,8 +38,8 @@ def small(**methods):
 def shows(change):
     """Change an observation: ``change`` gets it and returns the fields that are different."""
 
-    def observe(self):
-        observation = QueueSimulator._observe(self)
+    def observe(self, *seen):
+        observation = QueueSimulator._observe(self, *seen)
         return replace(observation, **change(observation))
 
     return small(_observe=observe)
@@ -94,9 +94,9 @@ def another_phase(self, phases):
 
 
 def at_once(self, phases):
-    QueueSimulator.advance(self, phases)
+    observation = QueueSimulator.advance(self, phases)
     left = self.horizon_s > self.state.counters[TIME]
-    return QueueSimulator.advance(self, phases) if left else self._observe()
+    return QueueSimulator.advance(self, phases) if left else observation
 
 
 def started(self, vehicles, seed=0):
@@ -115,8 +115,8 @@ def changed_vehicles(self, vehicles, seed=0):
     return QueueSimulator.reset(self, vehicles)
 
 
-def live(self):
-    observation = QueueSimulator._observe(self)
+def live(self, *seen):
+    observation = QueueSimulator._observe(self, *seen)
     return replace(observation, queue_veh=self.state.queue_veh)
 
 
@@ -193,7 +193,7 @@ WRONG = [
     (RULE.BEGIN, small(reset=started), "10 s"),
     (RULE.BEGIN, shows(lambda o: {"phase": np.maximum(o.phase, 0)}), "-1 everywhere"),
     (RULE.BEGIN, shows(lambda o: {"queue_veh": o.queue_veh + 1}), "queue_veh with [1]"),
-    (RULE.OBSERVATION, small(_observe=lambda self: {}), "a dict"),
+    (RULE.OBSERVATION, small(_observe=lambda self, *seen: {}), "a dict"),
     (RULE.OBSERVATION, shows(lambda o: {"queue_veh": o.queue_veh.astype(int)}), "type int64"),
     (RULE.OBSERVATION, shows(padded), "shape (2, 13)"),
     (RULE.OBSERVATION, shows(lambda o: {"phase": o.phase.tolist()}), "phase is a list"),

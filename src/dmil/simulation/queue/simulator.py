@@ -109,7 +109,7 @@ class QueueSimulator:
         self._time_s = 0
         seen = self._unseen()
         observe(self._state, 0, *seen)
-        return self._observation(*seen)
+        return self._observe(*seen)
 
     def advance(self, phases: npt.NDArray[np.integer]) -> Observation:
         """Show the given phases for one decision interval (less where the horizon is nearer).
@@ -136,7 +136,7 @@ class QueueSimulator:
         requested = self._checked(phases)
         self._advance(self._layout, self._trips, state, requested, steps, self._rules, *seen)
         self._time_s += steps
-        return self._observation(*seen)
+        return self._observe(*seen)
 
     def passed_veh(self) -> npt.NDArray[np.int64]:
         """Return how many vehicles have left the queues of every intersection; see `Simulator`."""
@@ -196,9 +196,7 @@ class QueueSimulator:
             np.empty((intersections, width)),
         )
 
-    def _observation(
-        self, counts: IntArray, shown: IntArray, waiting_veh: FloatArray
-    ) -> Observation:
+    def _observe(self, counts: IntArray, shown: IntArray, waiting_veh: FloatArray) -> Observation:
         return Observation(counts[0], counts[1], shown[0], shown[1], self._time_s, waiting_veh)
 
     def _checked(self, phases: npt.NDArray[np.integer]) -> npt.NDArray[np.int32]:
