@@ -17,6 +17,7 @@ class PlainClasses:
         self.embedding = embedding
         elements = group.size if self.embedding.rotations else 1
         self.places = group.movement_image[:elements].tolist()
+        self.place_before = np.argsort(self.places, axis=1)
         self.actions = group.phase_image[:elements].tolist()
         self.action_count = len(self.actions[0])
 
@@ -36,17 +37,13 @@ class PlainClasses:
 
     def find(self, keys, key):
         """Return index and image of the actions of the nearest key, the oldest, the first."""
-        candidates = []
-        for number, part in enumerate(self.parts(key)):
-            for variant, image in enumerate(self.places):
-                moved = [0] * len(part)
-                for j, value in enumerate(part):
-                    moved[image[j]] = value
-                for row, known in enumerate(keys):
-                    own = self.parts(known)[number]
-                    off = [abs(a - b) for a, b in zip(own, moved, strict=True)]
-                    if max(off) <= self.embedding.tolerance:
-                        candidates.append((number, sum(off), row, variant))
+        candidates, places = [], len(self.places[0])
+        known, key = np.array(keys, dtype=int), np.array(key)
+        for start in range(0, len(key) if keys else 0, places):
+            moved = key[start : start + places][self.place_before]
+            off = np.abs(known[:, np.newaxis, start : start + places] - moved)
+            for row, variant in zip(*(off.max(2) <= self.embedding.tolerance).nonzero()):
+                candidates.append((start, off[row, variant].sum(), row, variant))
         if not candidates:
             return None, self.actions[0]
         *_, row, variant = min(candidates)
