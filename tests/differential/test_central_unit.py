@@ -195,7 +195,7 @@ POSTS = [
 ]
 
 
-def same(kind, twin_kind, settings, network, walk, plain_classes, decisions=80):
+def same(kind, twin_kind, settings, network, walk, plain_classes, decisions=50):
     twin, controller = twin_kind(settings, network, None, plain_classes), kind(settings)
     drive(controller, twin, network, walk, decisions)
     use = controller.memory_use()
@@ -250,7 +250,7 @@ def test_a_capped_dual_memory_by_post_is_its_twin(networks, walk, plain_classes,
     own = {"short_capacity": 4, "long_capacity": 6, "sent": sent, "embedding": "complex"}
     settings = DualMemorySettings(**{**MEETING, **own, **options})
     _, twin = same(
-        DualMemoryController, CappedByPost, settings, networks["mixed"], walk, plain_classes, 120
+        DualMemoryController, CappedByPost, settings, networks["mixed"], walk, plain_classes, 80
     )
     assert twin.replaced
 

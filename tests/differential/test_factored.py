@@ -119,10 +119,14 @@ class Both:
         np.testing.assert_allclose(arrays["residual"], residual, rtol=1e-5, atol=1e-5)
 
 
-@pytest.mark.parametrize("options", OPTIONS)
+PLACES = ["grid:2x2", "grid:3x3", "overloaded", "clearance", "uneven", "lanes", "stuck", "junctions"]
+
+
+# All places as the memory is; other options where lanes, junctions and timing are of all kinds.
 @pytest.mark.parametrize(
-    "place",
-    ["grid:2x2", "grid:3x3", "overloaded", "clearance", "uneven", "lanes", "stuck", "junctions"],
+    ("place", "options"),
+    [(place, "as it is") for place in PLACES]
+    + [(place, other) for place in ("uneven", "lanes", "junctions") for other in list(OPTIONS)[1:]],
 )
 def test_decisions_and_tables_are_those_of_the_plain_twin(place, options, places, wander):
     network, timing, veh_per_s = places[place]

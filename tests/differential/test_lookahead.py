@@ -51,9 +51,14 @@ def places(mixed_network, varied, one_lane):
     }
 
 
-@pytest.mark.parametrize("options", OPTIONS)
+PLACES = ["grid:2x2", "overloaded", "clearance", "uneven", "lanes", "stuck"]
+
+
+# All places as it is; other options where lanes and timing are of all kinds.
 @pytest.mark.parametrize(
-    "place", ["grid:2x2", "overloaded", "clearance", "uneven", "lanes", "stuck"]
+    ("place", "options"),
+    [(place, "as it is") for place in PLACES]
+    + [(place, other) for place in ("uneven", "lanes") for other in list(OPTIONS)[1:]],
 )
 def test_decisions_and_tables_are_those_of_the_plain_twin(place, options, places, wander):
     network, timing, veh_per_s = places[place]

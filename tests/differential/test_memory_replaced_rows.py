@@ -28,12 +28,10 @@ class Keys:
         return find(self.rows, owner, self.variants(key), len(self.images))
 
     def scan(self, owner, key):
-        candidates = []
-        for variant, moved in enumerate(self.variants(key)):
-            for row, known in enumerate(self.plain[owner]):
-                off = np.abs(known - moved)
-                if off.max() <= self.rows.tolerance:
-                    candidates.append((int(off.sum()), row, variant))
+        known = np.array(self.plain[owner]).reshape(-1, 1, 6)
+        off = np.abs(known - self.variants(key))
+        near = np.argwhere(off.max(axis=2) <= self.rows.tolerance).tolist()
+        candidates = [(int(off[row, variant].sum()), row, variant) for row, variant in near]
         return min(candidates)[1:] if candidates else (ABSENT, 0)
 
 

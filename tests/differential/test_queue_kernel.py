@@ -194,6 +194,9 @@ def test_every_step_is_that_of_the_plain_twin(name, make_case):
     trips = build_trips(scenario, layout, vehicles)
     state = initial_state(layout, trips, scenario.horizon_s)
     twin = PlainQueues(scenario, vehicles)
+    intersections, _, width = layout.signals.served.shape
+    counts = np.empty((2, intersections, width), np.int32)
+    shown, waiting_veh = np.empty((2, intersections), np.int32), np.empty((intersections, width))
     for time_s in range(scenario.horizon_s):
         wanted, decides = state.phase.copy(), time_s % rules.decision_interval_s == 0
         if decides:
@@ -203,7 +206,9 @@ def test_every_step_is_that_of_the_plain_twin(name, make_case):
         now = rules_of(rules, network)
         if not decides:
             now = now._replace(max_green_s=np.zeros_like(now.max_green_s))
-        kernel.advance(layout, trips, state, wanted, 1, now)
+        kernel.advance_and_observe(
+            layout, trips, state, wanted, 1, now, counts, shown, waiting_veh
+        )
         twin.step()
         assert_same_state(state, twin)
 
