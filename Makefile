@@ -12,7 +12,7 @@ MEMORIES ?= memories
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help study resco memories test quick check lint bench release clean
+.PHONY: help study resco memories test coverage compiled quick check lint bench release clean
 
 help: ## Show the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-8s %s\n", $$1, $$2}' Makefile
@@ -32,13 +32,18 @@ WORKERS := -n 2 --dist worksteal
 # The core: no SUMO, no networks of neurons, no commands, no studies.
 CORE := tests/golden $(addprefix tests/unit/,controllers demand memory network scenarios simulation symmetry training)
 
-test: .venv/dev.stamp ## Run the tests; at least 90 % of the lines must be covered
+test: .venv/dev.stamp compiled ## Run the tests
+	$(BIN)/pytest $(WORKERS)
+
+coverage: .venv/dev.stamp compiled ## Run the tests and see that they cover at least 90 % of the lines
 	@$(BIN)/coverage erase
-	@# Before, so that no two workers compile the same kernels, nor coverage slows them down.
-	@$(BIN)/python -c 'from dmil.experiments.warm_up import compile_kernels; compile_kernels()'
 	$(BIN)/coverage run -m pytest $(WORKERS)
 	@$(BIN)/coverage combine --quiet
 	@$(BIN)/coverage report
+
+# Before, so that no two workers compile the same kernels.
+compiled: .venv/dev.stamp
+	@$(BIN)/python -c 'from dmil.experiments.warm_up import compile_kernels; compile_kernels()'
 
 quick: .venv/dev.stamp ## Run the tests of the core; with compiled kernels that takes less than a minute
 	$(BIN)/pytest -q $(WORKERS) -m 'not slow' -k 'not sumo' --ignore tests/unit/controllers/deep $(CORE)
