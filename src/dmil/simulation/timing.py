@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dmil.compilation import kernel
+from dmil.compilation import TypedOnce, kernel
 from dmil.errors import InputError
 from dmil.network import RoadNetwork
 from dmil.scenarios import SignalTiming, signal_times
@@ -186,7 +186,7 @@ def checked_phases(
         )
     checked: IntArray = np.ascontiguousarray(phases, np.int32)
     if checked is phases or (checked == phases).all():
-        i = _first_wrong(checked, lowest, counts)
+        i = _wrong_place(checked, lowest, counts)
     else:
         i = int((checked != phases).argmax())
     if i < counts.size:
@@ -210,6 +210,9 @@ def _first_wrong(phases: IntArray, lowest: IntArray, counts: IntArray) -> int:
     while i < phases.shape[0] and lowest[i] <= phases[i] < counts[i]:
         i += 1
     return i
+
+
+_wrong_place = TypedOnce(_first_wrong)
 
 
 @kernel

@@ -50,6 +50,8 @@ class QueueSimulator:
         has_program = np.diff(self._layout.programs.offset) > 0
         self._lowest = np.where(has_program, PROGRAM, 0).astype(np.int32)
         self._rules = rules_of(scenario.timing, scenario.network)
+        intersections, _, movements = self._layout.signals.served.shape
+        self._shapes = (2, intersections, movements), (2, intersections), (intersections, movements)
         self._vehicles: Vehicles | None = None
         self._trips: Trips
         self._free_leg_s: npt.NDArray[np.int32]
@@ -124,14 +126,15 @@ class QueueSimulator:
         InputError
             If there is not one existing phase per intersection, or no run is under way.
         """
-        state, left_s = self.state, self.horizon_s - self._time_s
+        scenario, state = self._scenario, self.state
+        left_s = scenario.horizon_s - self._time_s
         if left_s <= 0:
             raise InputError(
                 f"the run is over: its horizon is {self.horizon_s} s",
-                where=self._scenario.name,
+                where=scenario.name,
                 mend="call reset",
             )
-        steps = min(self.decision_interval_s, left_s)
+        steps = min(scenario.timing.decision_interval_s, left_s)
         seen = self._unseen()
         requested = self._checked(phases)
         self._advance(self._layout, self._trips, state, requested, steps, self._rules, *seen)
@@ -189,12 +192,8 @@ class QueueSimulator:
 
     def _unseen(self) -> tuple[IntArray, IntArray, FloatArray]:
         """Return arrays for what controllers see; see `observe`."""
-        intersections, _, width = self._layout.signals.served.shape
-        return (
-            np.empty((2, intersections, width), np.int32),
-            np.empty((2, intersections), np.int32),
-            np.empty((intersections, width)),
-        )
+        counts, shown, waiting_veh = self._shapes
+        return np.empty(counts, np.int32), np.empty(shown, np.int32), np.empty(waiting_veh)
 
     def _observe(self, counts: IntArray, shown: IntArray, waiting_veh: FloatArray) -> Observation:
         return Observation(counts[0], counts[1], shown[0], shown[1], self._time_s, waiting_veh)
