@@ -9,8 +9,7 @@ from pathlib import Path
 from dmil.errors import InputError
 from dmil.network.xml_file import XmlWalk
 from dmil.scenarios.cityflow import find_cityflow_files
-from dmil.scenarios.names import kind_of, plain
-from dmil.scenarios.resco import PREFIX, find_resco_configuration
+from dmil.scenarios.names import PREFIX, find_resco_configuration, kind_of, plain
 from dmil.scenarios.sumo_configuration import ROOTS
 
 EXPECTED = (

@@ -24,8 +24,8 @@ from dmil.network import (
     read_sumo_network,
 )
 from dmil.network.sumo.net_file import read_net_file
-from dmil.network.sumo.net_records import NetFile
 from dmil.network.sumo.reader import Phases
+from dmil.network.sumo.records import NetFile
 from dmil.scenarios import (
     PLAN,
     QueueDynamics,
@@ -38,9 +38,8 @@ from dmil.scenarios import (
     sumo_scenario,
 )
 from dmil.scenarios.cityflow import DECISION_INTERVAL_S as CITYFLOW_INTERVAL_S
-from dmil.scenarios.model import SATURATION_FLOW_VEH_PER_S
+from dmil.scenarios.model import SATURATION_FLOW_VEH_PER_S, Routing
 from dmil.scenarios.sumo import DECISION_INTERVAL_S
-from dmil.scenarios.sumo_files import Routing
 
 NO_DEMAND_HORIZON_S = 3600
 

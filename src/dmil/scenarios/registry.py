@@ -13,11 +13,9 @@ from dmil.network import grid
 from dmil.network.sumo.reader import Phases
 from dmil.scenarios.cityflow import cityflow_scenario, find_cityflow_files
 from dmil.scenarios.demand_changes import with_ties
-from dmil.scenarios.model import QueueDynamics, Scenario
-from dmil.scenarios.names import kind_of, plain
-from dmil.scenarios.resco import PREFIX, RESCO, find_resco_configuration
+from dmil.scenarios.model import QueueDynamics, Routing, Scenario
+from dmil.scenarios.names import PREFIX, RESCO, find_resco_configuration, kind_of, plain
 from dmil.scenarios.sumo import sumo_scenario
-from dmil.scenarios.sumo_files import Routing
 from dmil.scenarios.timing import SignalTiming
 
 RESCO_TIMING = SignalTiming(decision_interval_s=10, clearance_s=3)

@@ -15,11 +15,12 @@ from dmil.network.sumo.reader import Phases, driven_by
 from dmil.scenarios.model import (
     SATURATION_FLOW_VEH_PER_S,
     QueueDynamics,
+    Routing,
     Scenario,
+    SumoFiles,
     horizon_of,
 )
 from dmil.scenarios.sumo_configuration import SumoConfiguration, driving, read_sumo_configuration
-from dmil.scenarios.sumo_files import Routing, SumoFiles
 from dmil.scenarios.timing import PLAN, SignalTiming
 
 DECISION_INTERVAL_S = 10

@@ -3,14 +3,35 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from dmil.errors import InputError
 from dmil.network import Intersection, RoadNetwork, Walk, plan_times
-from dmil.scenarios.settings import Settings
+from dmil.network.json_file import first_problem
+
+
+class Settings(BaseModel):
+    """Frozen numbers of a scenario; a wrong one raises our error and not pydantic's."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    def __init__(self, **values: Any) -> None:
+        try:
+            super().__init__(**values)
+        except ValidationError as cause:
+            place, problem = first_problem(cause)
+            fields = ", ".join(type(self).model_fields)
+            name = type(self).__name__
+            raise InputError(
+                problem,
+                where=f"{name}.{place}" if place else name,
+                mend=f"{name} has the fields {fields}",
+            ) from None
+
 
 IntArray = npt.NDArray[np.int32]
 

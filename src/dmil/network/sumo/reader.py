@@ -20,11 +20,9 @@ from dmil.network.permissions import (
     makes_no_difference,
 )
 from dmil.network.sumo.net_file import read_net_file
-from dmil.network.sumo.net_records import Connection, Logic, NetFile
-from dmil.network.sumo.plan import plan_of
-from dmil.network.sumo.records import Remark, SumoNetwork, SumoSignals
+from dmil.network.sumo.plan import crossings_of, plan_of, walk_of
+from dmil.network.sumo.records import Connection, Logic, NetFile, Remark, SumoNetwork, SumoSignals
 from dmil.network.sumo.suspicions import remarks_on
-from dmil.network.sumo.walks import crossings_of, walk_of
 from dmil.network.sumo.ways import crossing, gives_way, letters_of, ways_at
 
 Phases = Literal["program", "derived"]

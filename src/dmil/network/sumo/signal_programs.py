@@ -13,7 +13,7 @@ from pathlib import Path
 from xml.etree.ElementTree import Element, tostring
 
 from dmil.errors import NetworkError
-from dmil.network.sumo.net_records import Logic, StageRecord
+from dmil.network.sumo.records import Logic, StageRecord
 from dmil.network.xml_file import XmlPlace, iter_elements
 
 OFF = "off"

@@ -11,7 +11,7 @@ from dmil.network.lines import heading
 from dmil.network.model import TURNS, Movement, Turn
 from dmil.network.naming import approach_names, order_counter_clockwise
 from dmil.network.permissions import ClassCounts, driven
-from dmil.network.sumo.net_records import Connection, Edge, NetFile
+from dmil.network.sumo.records import Connection, Edge, NetFile
 
 _TURN: dict[str, Turn] = {
     "r": "right",

@@ -15,13 +15,13 @@ from dmil.simulation.measures import Measures
 from dmil.simulation.protocol import Observation
 from dmil.simulation.sumo.accounts import Accounts
 from dmil.simulation.sumo.approaches import (
+    Crossings,
     FloatArray,
     RouteGeometry,
     build_ways,
     count_vehicles,
     rerouted,
 )
-from dmil.simulation.sumo.crossings import Crossings
 from dmil.simulation.sumo.files import (
     Model,
     RunFiles,
