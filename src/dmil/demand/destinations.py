@@ -128,8 +128,7 @@ def _walk(
         length[driving] += 1
         on = least != graph.cost[link]
         driving, choices = driving[on], graph.following[link[on]]
-    offset = np.zeros(count + 1, dtype=np.int64)
-    np.cumsum(length, out=offset[1:])
+    offset = np.append(0, np.cumsum(length))
     links = np.empty(offset[-1], dtype=np.int32)
     for step, (vehicle, link) in enumerate(steps):
         links[offset[vehicle] + step] = link
@@ -144,10 +143,8 @@ def _build_graph(network: RoadNetwork) -> RouteGraph:
     entries = _padded([ways.entries[name] for name in network.fringe])
     reached = (remaining[:, entries] != UNREACHABLE).any(axis=2).T
     np.fill_diagonal(reached, False)
-    offset = np.zeros(len(network.fringe) + 1, dtype=np.int64)
-    np.cumsum(reached.sum(axis=1), out=offset[1:])
     return RouteGraph(
-        pair_offset=offset,
+        pair_offset=np.append(0, np.cumsum(reached.sum(axis=1))),
         destination=np.nonzero(reached)[1],
         cost=np.array(ways.cost, dtype=np.int64),
         remaining=remaining,

@@ -83,8 +83,7 @@ def gather(offset: npt.NDArray[np.integer], chosen: LongArray) -> tuple[IntArray
     """
     start = offset[chosen]
     length = offset[chosen + 1] - start
-    result = np.zeros(len(chosen) + 1, dtype=np.int64)
-    np.cumsum(length, out=result[1:])
+    result = np.append(0, np.cumsum(length))
     place = np.arange(result[-1]) + np.repeat(start - result[:-1], length)
     return result.astype(np.int32), place
 

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from dmil.demand import CityflowDemand, SumoDemand
 from dmil.demand.sumo.remarks import TEXTS
 from dmil.doctor.case import Case
-from dmil.doctor.findings import Finding, finding
+from dmil.doctor.findings import Finding, Severity
 from dmil.doctor.intersections import IntersectionFacts
-from dmil.doctor.kind import Severity
+from dmil.doctor.kinds import finding
 from dmil.doctor.traffic import Traffic
 
 LATE_START_S = 600

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from dmil.network.cityflow_geometry import Segments, cross
 from dmil.network.model import Movement, Turn
-from dmil.network.program import Program, Stage
+from dmil.network.program import Program, Stage, longest_clearance_s
 
 YELLOW_S = 6.0
 """Longest yellow; so long is none for which a movement first gets green (MUTCD 4F.17: 3 to 6 s)."""
@@ -78,7 +78,9 @@ def sort_phases(served: Sequence[Served]) -> Phases:
         actions,
         unsignalled,
         Program(timed) if any(each.green and not each.clearance for each in timed) else None,
-        _longest_s(timed) if len(actions) > 1 else 0.0,
+        longest_clearance_s([(each.duration_s, each.clearance) for each in timed])
+        if len(actions) > 1
+        else 0.0,
     )
 
 
@@ -94,16 +96,6 @@ def _is_transition(index: int, served: Sequence[Served]) -> bool:
         return False
     after, before = greens[0], greens[-1]
     return phase <= before | after and phase not in (before, after)
-
-
-def _longest_s(stages: Sequence[Stage]) -> float:
-    """Return the longest time between two actions; clearance in several phases is added up."""
-    begin = next((k for k, stage in enumerate(stages) if not stage.clearance), 0)
-    longest = run = 0.0
-    for stage in (*stages[begin:], *stages[:begin]):
-        run = run + stage.duration_s if stage.clearance else 0.0
-        longest = max(longest, run)
-    return longest
 
 
 def give_way(

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import gzip
 import zlib
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 from xml.etree.ElementTree import Element
 from xml.parsers import expat
+from xml.sax.saxutils import quoteattr
 
 from dmil.errors import InputError
 
@@ -62,31 +63,6 @@ class XmlPlace:
         return f"{self.path}, line {self.line}, column {self.column}"
 
 
-def check_xml(
-    path: str | Path, *, root: Collection[str] = (), error: type[InputError] = InputError
-) -> None:
-    """Read a file to its end and refuse what is no sound, safe XML of the right kind (ours).
-
-    Parameters
-    ----------
-    path
-        The file; gzipped ones are recognised by their first bytes.
-    root
-        Names that its root element usually has. As in SUMO it may have others, but for those
-        that another kind of file has, and but for a network's.
-    error
-        Kind of error to raise.
-
-    Raises
-    ------
-    InputError
-        Of the given kind, if the file is missing, unreadable, cut off, not XML, of another kind, or
-        has a DOCTYPE.
-    """
-    for _ in iter_elements(path, (), root=root, error=error):
-        pass
-
-
 def iter_elements(
     path: str | Path,
     tags: Collection[str],
@@ -107,10 +83,8 @@ def iter_elements(
         The file; gzipped ones are recognised by their first bytes.
     tags
         Names of the elements.
-    root
-        Names that the root element usually has, see :func:`check_xml`.
-    error
-        Kind of error to raise.
+    root, error
+        See `XmlWalk`.
     included_by
         The files that led to this one by including each other.
 
@@ -122,7 +96,7 @@ def iter_elements(
     Raises
     ------
     InputError
-        As with :func:`check_xml`, or if a file includes itself.
+        As with `XmlWalk.pieces`, or if a file includes itself.
     """
     wanted = frozenset((*tags, _INCLUDE))
     found: list[tuple[XmlPlace, Element]] = []
@@ -174,7 +148,8 @@ class XmlWalk:
     text
         Called with every piece of text between them.
     root
-        Names that the root element usually has, see :func:`check_xml`.
+        Names that the root element usually has. As in SUMO it may have others, but for those
+        that another kind of file has, and but for a network's.
     error
         Kind of error to raise.
     """
@@ -209,13 +184,7 @@ class XmlWalk:
         return XmlPlace(str(self._path), line, column + 1)
 
     def run(self) -> None:
-        """Walk through the whole file.
-
-        Raises
-        ------
-        InputError
-            As with :func:`check_xml`.
-        """
+        """Walk through the whole file; errors are those of `pieces`."""
         for _ in self.pieces():
             pass
 
@@ -225,7 +194,8 @@ class XmlWalk:
         Raises
         ------
         InputError
-            As with :func:`check_xml`.
+            Of the given kind, if the file is missing, unreadable, cut off, not XML, of another
+            kind, or has a DOCTYPE.
         """
         for piece in self._read():
             self._empty = self._empty and not piece.strip()
@@ -305,6 +275,11 @@ class XmlWalk:
             expected=self._content,
             mend="copy or download it again",
         )
+
+
+def attributes_xml(attributes: Mapping[str, object]) -> str:
+    """Return attributes as a start tag has them, each with a blank before it (ours)."""
+    return "".join(f" {name}={quoteattr(str(value))}" for name, value in attributes.items())
 
 
 def _content(root: Collection[str]) -> str:

@@ -7,12 +7,7 @@ from pathlib import Path
 from dmil.demand import read_cityflow_flow
 from dmil.errors import InputError, unknown_name
 from dmil.network import read_cityflow_roadnet
-from dmil.scenarios.model import (
-    SATURATION_FLOW_VEH_PER_S,
-    QueueDynamics,
-    Scenario,
-    horizon_of,
-)
+from dmil.scenarios.model import FROM_FILES, QueueDynamics, Scenario, horizon_of
 from dmil.scenarios.timing import PLAN, SignalTiming
 
 DECISION_INTERVAL_S = 15
@@ -59,11 +54,7 @@ def cityflow_scenario(
         network=network,
         demand=demand,
         timing=timing or SignalTiming(decision_interval_s=decision_interval_s, **PLAN),
-        dynamics=dynamics
-        or QueueDynamics(
-            saturation_flow_veh_per_s=SATURATION_FLOW_VEH_PER_S,
-            storage=True,
-        ),
+        dynamics=dynamics or QueueDynamics(**FROM_FILES),
         horizon_s=horizon_s,
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import Field
 
@@ -63,8 +63,8 @@ class SumoFiles:
 
 LONGEST_RUN_S = 10**8
 """Longest run, three years: steps are counted in 32 bits."""
-SATURATION_FLOW_VEH_PER_S = 0.5
-"""That of scenarios from files."""
+FROM_FILES: dict[str, Any] = {"saturation_flow_veh_per_s": 0.5, "storage": True}
+"""Settings of `QueueDynamics` that scenarios from files have."""
 HIGHEST_LOAD = 1e6
 """Highest factor on a demand: what is above would fill any memory with vehicles."""
 

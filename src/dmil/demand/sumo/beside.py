@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
-from xml.etree.ElementTree import Element, tostring
+from xml.etree.ElementTree import Element
 
 from dmil.demand.sumo.acting import acts_in_sumo, names_device
 from dmil.demand.sumo.departures import Drawn, Listed
-from dmil.demand.sumo.entry import DemandEntry, seconds_of
+from dmil.demand.sumo.entry import DemandEntry, lines_of, seconds_of, text_of
 
 PLACES = ("busStop", "trainStop", "containerStop", "chargingStation", "parkingArea")
 """Elements that stops name."""
@@ -96,7 +96,7 @@ class Stops:
         """
         text = ""
         for each in self.elements:
-            text += _text(Element("stop", {**each.attrib, **_moved(each, later_s)}))
+            text += text_of(Element("stop", {**each.attrib, **_moved(each, later_s)}))
         return text
 
 
@@ -116,13 +116,13 @@ class Collector:
         element = entry.element
         if element.tag in PLACES:
             self._places[entry.id] = _edge(element.get("lane", ""))
-            self._definitions.append(_text(element))
+            self._definitions.append(text_of(element))
         elif element.tag in FOLLOWED:
             followed = deepcopy(element)
             if "file" in element.attrib:
                 folder = Path(entry.place.path).parent.resolve()
                 followed.set("file", str(folder / element.attrib["file"]))
-            self._acting.append(_text(followed))
+            self._acting.append(text_of(followed))
             for each in element.iter("routeProbReroute"):
                 self._use(each.get("id", ""))
         elif entry.id:
@@ -182,7 +182,7 @@ class Collector:
             if stops and stops.timed:
                 for stop in each.iter("stop"):
                     stop.attrib.update(_moved(stop, depart_s - first_s))
-            self._vehicles.append((depart_s, _text(each)))
+            self._vehicles.append((depart_s, text_of(each)))
 
     def _id(self, entry: DemandEntry) -> str:
         """Return an id that no other vehicle has: of a distribution several kinds share one."""
@@ -203,7 +203,7 @@ class Collector:
             element.set("end", f"{drawn.end_s:.3f}")
         else:
             element.set("number", str(drawn.number))
-        self._vehicles.append((drawn.begin_s, _text(element)))
+        self._vehicles.append((drawn.begin_s, text_of(element)))
 
     def found(self, types_xml: str, inner_xml: tuple[str, ...]) -> Beside:
         """Return what was collected.
@@ -213,10 +213,10 @@ class Collector:
         types_xml, inner_xml
             See `Beside`.
         """
-        routes = [_text(self._routes[name]) for name in self._used]
+        routes = [text_of(self._routes[name]) for name in self._used]
         return Beside(
-            definitions_xml=_lines([*self._definitions, *routes, *self._acting]),
-            vehicles_xml=_lines([text for _, text in sorted(self._vehicles, key=lambda v: v[0])]),
+            definitions_xml=lines_of([*self._definitions, *routes, *self._acting]),
+            vehicles_xml=lines_of([text for _, text in sorted(self._vehicles, key=lambda v: v[0])]),
             types_xml=types_xml,
             inner_xml=inner_xml,
         )
@@ -256,7 +256,7 @@ def through(entry: DemandEntry, edges: Sequence[str]) -> DemandEntry:
 
 def devices_xml(element: Element) -> str:
     """Return a vehicle's own parameters about devices that SUMO alone acts on (ours)."""
-    return "".join(_text(each) for each in element.findall("param") if acts_in_sumo(each))
+    return "".join(text_of(each) for each in element.findall("param") if acts_in_sumo(each))
 
 
 def _set_inside(element: Element, route: Element | None) -> None:
@@ -279,11 +279,3 @@ def _has_route(element: Element) -> bool:
 
 def _edge(lane: str) -> str:
     return lane.rpartition("_")[0]
-
-
-def _text(element: Element) -> str:
-    return tostring(element, encoding="unicode").strip()
-
-
-def _lines(texts: Sequence[str]) -> str:
-    return "".join(f"{text}\n" for text in texts)

@@ -170,10 +170,7 @@ class SumoDemand:
         """
         before = self.recorded.recorded
         routes = [ways.get(v, before.route(v)) for v in range(len(before))]
-        offset = np.zeros(len(routes) + 1, dtype=np.int32)
-        np.cumsum([len(route) for route in routes], out=offset[1:])
-        links = np.array([link for route in routes for link in route], dtype=np.int32)
-        after = replace(before, route_offset=offset, route_links=links)
+        after = in_order(before.depart_s, routes, before.kind)
         streams = [
             replace(each, choice=choices.get(number, each.choice))
             for number, each in enumerate(self.streams)

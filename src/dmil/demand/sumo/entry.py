@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, tostring
 
 from dmil.errors import DemandError
 from dmil.network.xml_file import XmlPlace
@@ -44,11 +45,16 @@ class DemandEntry:
         return self.element.get(name)
 
     def error(
-        self, problem: str, *, expected: str | None = None, mend: str | None = None
+        self,
+        problem: str,
+        *,
+        expected: str | None = None,
+        mend: str | None = None,
+        kind: type[DemandError] = DemandError,
     ) -> DemandError:
         """Make an error that names the file, the place in it and the element."""
         where = f"{self.place}: {self.element.tag} '{self.id}'"
-        return DemandError(problem, where=where, expected=expected, mend=mend)
+        return kind(problem, where=where, expected=expected, mend=mend)
 
     def required(self, name: str) -> str:
         """Return an attribute that must be there.
@@ -122,3 +128,13 @@ def seconds_of(text: str) -> float | None:
         return None
     weights = (86400, 3600, 60, 1)[-len(parts) :]
     return round(sum(part * weight for part, weight in zip(parts, weights, strict=True)), 3)
+
+
+def text_of(element: Element) -> str:
+    """Return an element as it is written into a file."""
+    return tostring(element, encoding="unicode").strip()
+
+
+def lines_of(texts: Iterable[str]) -> str:
+    """Return elements one a line, without a root element."""
+    return "".join(f"{text}\n" for text in texts)

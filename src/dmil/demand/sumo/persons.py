@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from xml.etree.ElementTree import Element, SubElement, tostring
+from xml.etree.ElementTree import Element, SubElement
 
-from dmil.demand.sumo.entry import DemandEntry
+from dmil.demand.sumo.entry import DemandEntry, lines_of, text_of
 from dmil.demand.sumo.types import VehicleTypes
 
 _WHO = frozenset({"id", "type", "depart", "departPos", "departPosLat", "speedFactor", "color"})
@@ -31,7 +31,7 @@ class Persons:
     def xml(self) -> str:
         """The elements in the order of departure, one a line, without a root element."""
         ordered = sorted(self._found, key=lambda each: each[0])
-        return "".join(f"{text}\n" for _, text in ordered)
+        return lines_of(text for _, text in ordered)
 
     def take(self, entry: DemandEntry, types: VehicleTypes) -> str:
         """Take up a ``<person>`` or ``<personFlow>``; return the kind of remark that it is.
@@ -64,7 +64,7 @@ class Persons:
         if element is None:
             return "person-elsewhere"
         first_s = entry.seconds("depart" if element.tag == "person" else "begin", 0.0)
-        self._found.append((first_s or 0.0, tostring(element, encoding="unicode")))
+        self._found.append((first_s or 0.0, text_of(element)))
         return "person"
 
 

@@ -26,7 +26,7 @@ from dmil.errors import DemandError, MissingExtraError, OutputError
 from dmil.files import write_text_atomically
 from dmil.network import RoadNetwork
 from dmil.network.sumo.writer import sumo_program
-from dmil.network.xml_file import iter_elements
+from dmil.network.xml_file import attributes_xml, iter_elements
 from dmil.seeding import stream
 
 SEED = 23423
@@ -190,10 +190,7 @@ def _vehicles_xml(demand: SumoDemand, network: RoadNetwork, horizon_s: int) -> I
     Ids of trips: see `Found`. What is random is drawn once.
     """
     names = [quoteattr(link.id)[1:-1] for link in network.links]
-    kinds = [
-        "".join(f" {name}={quoteattr(value)}" for name, value in kind.items())
-        for kind in demand.kinds
-    ]
+    kinds = [attributes_xml(kind) for kind in demand.kinds]
     rng = stream(SEED, "routing")
     drawn = [each.draw(demand.begin_s, horizon_s, rng) for each in demand.streams]
     parts = [demand.recorded.recorded, *drawn]
@@ -214,8 +211,7 @@ def _vehicles_xml(demand: SumoDemand, network: RoadNetwork, horizon_s: int) -> I
         ends = of_flow or (demand.trips.get(vehicle) if part == 0 else None)
         if ends is not None:
             name = f"{part - 1}/{vehicle}" if part else f"{vehicle}"
-            where = "".join(f" {name}={quoteattr(to)}" for name, to in ends)
-            yield f'<trip id="{name}" {start}{where}/>\n'
+            yield f'<trip id="{name}" {start}{attributes_xml(dict(ends))}/>\n'
         else:
             edges = " ".join(names[link] for link in vehicles.route(vehicle))
             yield f'<vehicle id="{part}.{vehicle}" {start}><route edges="{edges}"/></vehicle>\n'

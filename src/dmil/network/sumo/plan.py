@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from dmil.network.model import Walk
-from dmil.network.program import Program, Stage
+from dmil.network.program import Program, Stage, longest_clearance_s
 from dmil.network.sumo.cliques import conflict_free_phases
 from dmil.network.sumo.records import CrossingRecord, Logic, NetFile
 from dmil.network.sumo.signal_programs import OFF
@@ -212,21 +212,12 @@ def _state(phase: frozenset[int], links: Links, shown: str, *, keep: frozenset[i
 
 def _clearance_s(logic: Logic, links: Links) -> float:
     """Return the longest time between two actions; a green for pedestrians is no clearance."""
-    kinds: list[str] = []
-    for stage in logic.stages:
-        if is_action(stage.state, links):
-            kinds.append("action")
-        else:
-            kinds.append("others" if others_go(stage.state, links) else "clearance")
-    if "action" not in kinds:
-        return 0.0
-    begin = kinds.index("action")
-    longest = run = 0.0
-    for step in range(len(kinds)):
-        index = (begin + step) % len(kinds)
-        run = run + logic.stages[index].duration_s if kinds[index] == "clearance" else 0.0
-        longest = max(longest, run)
-    return longest
+    actions = [is_action(stage.state, links) for stage in logic.stages]
+    stages = [
+        (stage.duration_s, not (action or others_go(stage.state, links)))
+        for stage, action in zip(logic.stages, actions, strict=True)
+    ]
+    return longest_clearance_s(stages) if any(actions) else 0.0
 
 
 def others_go(state: str, links: Sequence[tuple[int, ...]]) -> bool:

@@ -135,14 +135,11 @@ def _on_greens(logic: Logic, ways: SumoMovements, file: NetFile, place: str) -> 
     for state in dict.fromkeys(stage.state for stage in logic.stages):
         clash = clashing(state, pairs)
         if clash:
-            one, other = clash[0]
             more = f", and {len(clash) - 1} more pairs" if len(clash) > 1 else ""
             yield Remark(
                 "conflicting-greens",
                 place,
-                f"in {state} the movements {one.from_edge} to {one.to_edge} (letter {one.letter}) "
-                f"and {other.from_edge} to {other.to_edge} (letter {other.letter}) cross or merge, "
-                f"and both have priority{more}",
+                f"{Clash(logic.id, state, *clash[0])}{more}",
                 "write g for the one that yields, or r",
             )
 

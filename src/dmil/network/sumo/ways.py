@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from dmil.network.lines import heading
@@ -181,7 +181,7 @@ def gives_way(
     yields: list[set[int]] = [set() for _ in ways.movements]
     for i, j in _related(ways.driven, response):
         yields[i].add(j)
-    reaches = [_reached(i, yields) for i in range(len(yields))]
+    reaches = [reached([i], yields) for i in range(len(yields))]
     return tuple(
         tuple(
             sorted(
@@ -196,11 +196,15 @@ def gives_way(
     )
 
 
-def _reached(start: int, yields: list[set[int]]) -> set[int]:
+def reached(begin: Iterable[int], following: Sequence[Iterable[int]]) -> set[int]:
+    """Return what comes after some places, at once or later: of them those that are come back to.
+
+    ``following`` has for every place those that come next.
+    """
     found: set[int] = set()
-    left = [start]
+    left = list(begin)
     while left:
-        new = yields[left.pop()] - found
+        new = set(following[left.pop()]) - found
         found |= new
         left += new
     return found

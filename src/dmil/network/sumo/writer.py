@@ -10,12 +10,12 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 from dmil.errors import MissingExtraError, NetworkError
 from dmil.network.model import TURNS, Link, Movement, RoadNetwork
 from dmil.network.sumo.records import SumoSignals
 from dmil.network.sumo.states import signals_of, stages_of
+from dmil.network.xml_file import attributes_xml
 
 LEAST_LENGTH_M = 0.2
 """SUMO has no shorter lanes."""
@@ -111,9 +111,7 @@ class _Names:
     """Ids that SUMO takes, for nodes and links, and the lanes counted from the right."""
 
     def __init__(self, network: RoadNetwork) -> None:
-        intersections = [item.id for item in network.intersections]
-        junctions = [item.id for item in network.junctions]
-        self.node = _valid([*intersections, *junctions, *network.fringe])
+        self.node = _valid([*(item.id for item in network.nodes), *network.fringe])
         self.link = _valid(link.id for link in network.links)
         self.lanes = {link.id: link.lanes for link in network.links}
         self._reversed = _reversed_links(network)
@@ -141,9 +139,9 @@ def _valid(ids: Iterable[str]) -> dict[str, str]:
 def _reversed_links(network: RoadNetwork) -> set[str]:
     """Return the links whose lanes are counted from the left, as CityFlow does."""
     leftward: Counter[str] = Counter()
-    for movements in _movements(network):
-        for first in movements:
-            for second in movements:
+    for node in network.nodes:
+        for first in node.movements:
+            for second in node.movements:
                 turns = TURNS.index(first.turn) - TURNS.index(second.turn)
                 if first.from_link == second.from_link and turns < 0:
                     leftward[first.from_link] += _side(second) - _side(first)
@@ -153,13 +151,6 @@ def _reversed_links(network: RoadNetwork) -> set[str]:
         for link in network.links
         if leftward[link.id] < 0 or (mostly and leftward[link.id] == 0)
     }
-
-
-def _movements(network: RoadNetwork) -> list[tuple[Movement, ...]]:
-    return [
-        *(item.movements for item in network.intersections),
-        *(item.movements for item in network.junctions),
-    ]
 
 
 def _side(movement: Movement) -> int:
@@ -212,12 +203,12 @@ def _length_m(link: Link) -> float:
 
 
 def _connections(network: RoadNetwork, names: _Names) -> list[str]:
-    lines = []
-    for movements in _movements(network):
-        for movement in movements:
-            for lane, target in _lane_pairs(movement, names):
-                lines.append(_connection(movement, lane, target, names))
-    return lines
+    return [
+        _connection(movement, lane, target, names)
+        for node in network.nodes
+        for movement in node.movements
+        for lane, target in _lane_pairs(movement, names)
+    ]
 
 
 def _lane_pairs(movement: Movement, names: _Names) -> list[tuple[int, int]]:
@@ -255,7 +246,7 @@ def _programs(network: RoadNetwork, names: _Names, signals: Sequence[SumoSignals
 
 
 def _element(tag: str, **attributes: object) -> str:
-    return f"<{tag}{''.join(f' {k}={quoteattr(str(v))}' for k, v in attributes.items())}/>"
+    return f"<{tag}{attributes_xml(attributes)}/>"
 
 
 def _write(file: Path, root: str, lines: Iterable[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,7 +19,6 @@ from dmil.simulation.sumo.approaches import (
     reached_stop_lines,
 )
 
-_ELEMENT = re.compile(rb"<(tripinfo|emissions|personinfo) [^>]*>")
 _ATTRIBUTE = re.compile(rb' (\w+)="([^"]*)"')
 MG_PER_G = 1000.0
 
@@ -52,13 +52,12 @@ class Outputs:
             new = file.read()
         new = new[: new.rfind(b"\n") + 1]
         self._read += len(new)
-        for match in _ELEMENT.finditer(new):
-            values = dict(_ATTRIBUTE.findall(match[0]))
-            if match[1] == b"tripinfo":
+        for kind, values in elements(new, b"tripinfo|emissions|personinfo"):
+            if kind == b"tripinfo":
                 self._measured = values[b"id"].isdigit()
                 if self._measured:
                     self._trips.append([*_numbers(values, TRIP), 0.0, 0.0])
-            elif match[1] == b"personinfo":
+            elif kind == b"personinfo":
                 depart_s, standing_s = _numbers(values, PERSON)
                 if depart_s >= 0:  # SUMO writes about those to come, too
                     self._standing_s.append(standing_s)
@@ -82,6 +81,12 @@ class Outputs:
 
 def _numbers(values: dict[bytes, bytes], names: tuple[str, ...]) -> tuple[float, ...]:
     return tuple(float(values[name.encode()]) for name in names)
+
+
+def elements(text: bytes, names: bytes) -> Iterator[tuple[bytes, dict[bytes, bytes]]]:
+    """Give name and attributes of all elements of some names (``a|b``), in their order."""
+    for match in re.finditer(rb"<(" + names + rb") [^>]*>", text):
+        yield match[1], dict(_ATTRIBUTE.findall(match[0]))
 
 
 class Accounts:

@@ -227,7 +227,9 @@ def _movements(network: RoadNetwork, offset: LongArray, link: LongArray) -> Long
     """Return the governed movement at the end of every link of every route; −1 if none."""
     width = max(len(item.movements) for item in network.intersections)
     links = len(network.links) + 1
-    pairs = {a * links + b: i * width + j for (a, b), (i, j) in _sorted_pairs(network)}
+    pairs = {
+        a * links + b: i * width + j for (a, b), (i, j) in sorted(network.movement_index.items())
+    }
     keys = np.fromiter(pairs.keys(), np.int64, len(pairs))
     movements = np.fromiter(pairs.values(), np.int64, len(pairs))
     wanted = link * links
@@ -235,10 +237,6 @@ def _movements(network: RoadNetwork, offset: LongArray, link: LongArray) -> Long
     wanted[offset[1:] - 1] = -1
     found = np.minimum(np.searchsorted(keys, wanted), keys.size - 1)
     return np.where(keys[found] == wanted, movements[found], -1)
-
-
-def _sorted_pairs(network: RoadNetwork) -> list[tuple[tuple[int, int], tuple[int, int]]]:
-    return sorted(network.movement_index.items())
 
 
 class Crossings:

@@ -10,8 +10,7 @@ from xml.sax.saxutils import quoteattr
 from dmil.network import Intersection, RoadNetwork
 from dmil.network.sumo import SumoSignals
 from dmil.scenarios import SignalTimes
-from dmil.scenarios.timing import dont_walk_s
-from dmil.simulation.sumo.signals import cleared, stopped
+from dmil.simulation.sumo.signals import cleared, setting_out, stopped
 
 PROGRAM_ID = "dmil"
 
@@ -102,7 +101,7 @@ def stages(
             found.append((green_s, old))
         else:
             since_s = 0
-            for end_s, letters in _walk_ends(heads, green_s, times, item, i, before):
+            for end_s, letters in setting_out(heads, green_s, times, item, i, before):
                 found.append((end_s - since_s, old))
                 old, since_s = stopped(old, letters), end_s
             if green_s > since_s:
@@ -112,15 +111,3 @@ def stages(
             between = ((yellow_s, "y"), (all_red_s, "r"))
             found += [(s, cleared(old, new, losing)) for s, losing in between if s]
     return found
-
-
-def _walk_ends(
-    heads: SumoSignals, green_s: int, times: SignalTimes, item: Intersection, i: int, phase: int
-) -> list[tuple[int, list[int]]]:
-    """Return when pedestrians stop setting out, so that they have cleared, and their letters."""
-    ends: dict[int, list[int]] = {}
-    for letter, walk in zip(heads.crossings, item.walks, strict=True):
-        if phase in walk.phases:
-            end_s = green_s - dont_walk_s(times, item, i, phase, walk)
-            ends.setdefault(end_s, []).append(letter)
-    return sorted(ends.items())

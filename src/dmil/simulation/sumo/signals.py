@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dmil.network import RoadNetwork
+from dmil.network import Intersection, RoadNetwork
 from dmil.network.sumo.records import SumoSignals
 from dmil.scenarios import SignalTimes
 from dmil.scenarios.timing import dont_walk_s
@@ -111,22 +111,17 @@ class SignalHeads:
             (program == 0) & ((before != self.phase) | (self._program < 0))
         ).tolist():
             name, states = self._states[i].id, self._states[i].states
-            after = states[self.phase[i]]
-            if before[i] < 0:
-                switches.append((0, name, after))
-            else:
+            after, start_s = states[self.phase[i]], 0
+            if before[i] >= 0:
                 change = (i, before[i], self.phase[i])
-                clearance_s = int(self._times.clearance_s[change])
                 all_red_s = int(self._times.all_red_s[change])
-                heads = self._states[i]
-                switches += self._change(
-                    name,
-                    stopped(states[before[i]], heads.crossings),
-                    after,
-                    clearance_s - all_red_s,
-                    all_red_s,
-                )
-            start_s = max(switches[-1][0], 0)
+                yellow_s = int(self._times.clearance_s[change]) - all_red_s
+                old = stopped(states[before[i]], self._states[i].crossings)
+                for lasts_s, losing in ((yellow_s, "y"), (all_red_s, "r")):
+                    if lasts_s > 0:
+                        switches.append((start_s, name, cleared(old, after, losing)))
+                        start_s += lasts_s
+            switches.append((start_s, name, after))
             switches += [(start_s + s, name, state) for s, state in self._walks[i][self.phase[i]]]
         self._program = program
         switches.sort(key=lambda switch: switch[0])
@@ -138,16 +133,6 @@ class SignalHeads:
             if second >= interval_s
         ]
         return orders
-
-    @staticmethod
-    def _change(name: str, before: str, after: str, yellow_s: int, all_red_s: int) -> list[Switch]:
-        """Return yellow, all-red and the new phase, as far as there is time for each."""
-        switches = []
-        if yellow_s > 0:
-            switches.append((0, name, cleared(before, after, "y")))
-        if all_red_s > 0:
-            switches.append((yellow_s, name, cleared(before, after, "r")))
-        return [*switches, (yellow_s + all_red_s, name, after)]
 
 
 def stopped(state: str, crossings: Collection[int]) -> str:
@@ -180,19 +165,25 @@ def walk_ends(
     for i, (item, heads) in enumerate(zip(network.intersections, states, strict=True)):
         ends: list[tuple[tuple[int, str], ...]] = []
         for phase, state in enumerate(heads.states):
-            until: dict[int, list[int]] = {}
-            for letter, walk in zip(heads.crossings, item.walks, strict=True):
-                if phase in walk.phases and len(item.phases) > 1:
-                    clearing_s = dont_walk_s(times, item, i, phase, walk)
-                    end_s = int(times.min_green_s[i, phase]) - clearing_s
-                    until.setdefault(end_s, []).append(letter)
-            switches = []
-            for end_s in sorted(until):
-                state = stopped(state, until[end_s])
+            least_s, switches = int(times.min_green_s[i, phase]), []
+            for end_s, letters in setting_out(heads, least_s, times, item, i, phase):
+                state = stopped(state, letters)
                 switches.append((end_s, state))
-            ends.append(tuple(switches))
+            ends.append(tuple(switches) if len(item.phases) > 1 else ())
         found.append(tuple(ends))
     return found
+
+
+def setting_out(
+    heads: SumoSignals, green_s: int, times: SignalTimes, item: Intersection, i: int, phase: int
+) -> list[tuple[int, list[int]]]:
+    """Return when pedestrians stop setting out, so that they have cleared, and their letters."""
+    ends: dict[int, list[int]] = {}
+    for letter, walk in zip(heads.crossings, item.walks, strict=True):
+        if phase in walk.phases:
+            end_s = green_s - dont_walk_s(times, item, i, phase, walk)
+            ends.setdefault(end_s, []).append(letter)
+    return sorted(ends.items())
 
 
 @lru_cache(maxsize=4096)
