@@ -160,17 +160,9 @@ class AnchorRouter:
         self._known: dict[tuple[int, int], list[int]] = {}
 
     def way(self, anchors: Sequence[int]) -> list[int]:
-        """Return the links of a route, the anchors among them.
+        """Return the links of a route, the anchors among them; none if there is no way between two.
 
-        Parameters
-        ----------
-        anchors
-            Link indices; one that comes twice in a row counts once.
-
-        Returns
-        -------
-        list of int
-            Link indices in order; empty if there is no way between two of them.
+        An anchor that comes twice in a row counts once.
         """
         route = [anchors[0]]
         for start, end in pairwise(anchors):

@@ -73,20 +73,8 @@ def draw_destinations(
     """Draw destinations and coins, and give every vehicle its route (paper, §VI).
 
     A destination is uniform over the other fringe nodes that can be reached; it is the same for
-    both kinds of ties.
-
-    Parameters
-    ----------
-    network
-        The roads.
-    second
-        (vehicles,) departures in seconds, non-decreasing.
-    origin
-        (vehicles,) indices into ``network.fringe``.
-    rng
-        Stream of random numbers.
-    ties
-        What decides between equally short ways.
+    both kinds of ties. ``second`` and ``origin`` are (vehicles,): departures in seconds,
+    non-decreasing, and indices into ``network.fringe``.
     """
     if ties == "coin":
         graph = route_graph(network)

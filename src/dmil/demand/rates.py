@@ -17,12 +17,7 @@ PAPER_RATE_VEH_PER_MIN: Mapping[str, float] = {"E": 5.0, "N": 5.0, "W": 10.0, "S
 
 
 def check_rates(rate_veh_per_min: Mapping[str, float]) -> None:
-    """Check that rates are usable on some network.
-
-    Parameters
-    ----------
-    rate_veh_per_min
-        Fringe node or side to vehicles per minute.
+    """Check that rates, in vehicles per minute by fringe node or side, are usable on some network.
 
     Raises
     ------
@@ -46,19 +41,9 @@ def check_rates(rate_veh_per_min: Mapping[str, float]) -> None:
 
 
 def rates_at_fringe(network: RoadNetwork, rate_veh_per_min: Mapping[str, float]) -> FloatArray:
-    """Find every fringe node's rate.
+    """Return every fringe node's rate in vehicles per minute: (fringe nodes,) float64.
 
-    Parameters
-    ----------
-    network
-        The roads.
-    rate_veh_per_min
-        Fringe node, or side letter of a grid, to vehicles per minute.
-
-    Returns
-    -------
-    (fringe nodes,) float64
-        Vehicles per minute in the order of ``network.fringe``.
+    Rates are given by fringe node or side letter of a grid; who is not named sends nobody.
 
     Raises
     ------

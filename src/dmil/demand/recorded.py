@@ -124,20 +124,11 @@ class FileDemand:
 def link_indices(network: RoadNetwork, route: Sequence[str], *, where: str) -> list[int]:
     """Return the indices of a route's links after checking that vehicles can drive it.
 
-    Parameters
-    ----------
-    network
-        The roads.
-    route
-        Link ids in order.
-    where
-        Place that an error names.
-
     Raises
     ------
     DemandError
-        If the route is empty, has an unknown link, or two of its links are not joined by a
-        movement.
+        Naming the place ``where``, if the route is empty, has an unknown link, or two of its links
+        are not joined by a movement.
     """
     indices = known_links(network, route, where=where)
     gap = first_gap(network, indices)
@@ -152,11 +143,6 @@ def link_indices(network: RoadNetwork, route: Sequence[str], *, where: str) -> l
 
 def known_links(network: RoadNetwork, route: Sequence[str], *, where: str) -> list[int]:
     """Return the indices of a route's links; whether they follow each other is not checked (ours).
-
-    Parameters
-    ----------
-    network, route, where
-        See `link_indices`.
 
     Raises
     ------
@@ -181,16 +167,7 @@ def first_gap(
 ) -> int | None:
     """Return after which link of a route vehicles may not go to the next, None if they may.
 
-    A link at which they may not begin counts as well.
-
-    Parameters
-    ----------
-    network
-        The roads.
-    route
-        Link indices in order.
-    classes
-        What the vehicles are; without any, movements alone decide.
+    A link at which they may not begin counts as well. Without classes movements alone decide.
     """
     allowed = network.permissions
     if allowed and route and not allowed.open_to(network.links[route[0]].id, classes):
@@ -207,14 +184,8 @@ def in_order(
 ) -> Vehicles:
     """Sort vehicles by departure; those of one second stay in the order of the record.
 
-    Parameters
-    ----------
-    depart_s
-        (vehicles,) whole seconds.
-    routes
-        Link indices of every vehicle.
-    kind
-        Row of every vehicle in the demand's table, see `Vehicles`.
+    ``depart_s`` is (vehicles,) in whole seconds; ``kind`` has their rows in the demand's table,
+    see `Vehicles`.
     """
     order = np.argsort(depart_s, kind="stable")
     offset = np.zeros(len(routes) + 1, dtype=np.int32)

@@ -68,18 +68,8 @@ class Vehicles:
 def gather(offset: npt.NDArray[np.integer], chosen: LongArray) -> tuple[IntArray, LongArray]:
     """Find the entries of chosen rows of a ragged array without a loop (ours).
 
-    Parameters
-    ----------
-    offset
-        (rows + 1,) where every row begins and ends.
-    chosen
-        (chosen,) row numbers.
-
-    Returns
-    -------
-    tuple
-        The offsets of the chosen rows put one after the other, (chosen + 1,) int32, and where
-        their entries stand in the ragged array.
+    ``offset`` is (rows + 1,): where every row begins and ends. Returns the offsets of the chosen
+    rows put one after the other, (chosen + 1,) int32, and where their entries stand in the array.
     """
     start = offset[chosen]
     length = offset[chosen + 1] - start

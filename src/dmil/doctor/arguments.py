@@ -59,12 +59,7 @@ class SumoFilesGiven:
 
 
 def sort_arguments(arguments: Sequence[str]) -> Given | SumoFilesGiven:
-    """Find out what the arguments are (ours).
-
-    Parameters
-    ----------
-    arguments
-        See `dmil.doctor.read_case`.
+    """Find out what the arguments of `dmil.doctor.read_case` are (ours).
 
     Raises
     ------
@@ -170,11 +165,6 @@ class _Met(Exception):  # noqa: N818  nothing is wrong: it ends the walk at the 
 
 def root_of(path: Path) -> tuple[str, Mapping[str, str]]:
     """Return name and attributes of an XML file's root element, which says what it is (ours).
-
-    Parameters
-    ----------
-    path
-        The file, gzipped or not.
 
     Raises
     ------

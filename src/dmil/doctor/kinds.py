@@ -201,13 +201,7 @@ KINDS: dict[str, Kind] = {**SIGNAL_KINDS, **ROAD_KINDS, **DEMAND_KINDS, **ACTING
 def finding(
     kind: str, place: str, what: str, *, mend: str = "", severity: Severity | None = None
 ) -> Finding:
-    """Make a finding; what is not given is that of its kind (ours).
-
-    Parameters
-    ----------
-    kind, place, what, mend, severity
-        See `Finding`.
-    """
+    """Make a finding; what is not given is that of its kind (ours)."""
     usual = KINDS[kind]
     return Finding(kind, severity or usual.severity, place, what, mend or usual.mend)
 

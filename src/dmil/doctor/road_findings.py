@@ -16,13 +16,7 @@ LONGEST_CYCLE_S = 180.0
 
 
 def on_roads(case: Case) -> Iterator[Finding]:
-    """Look for what is wrong or suspicious about the network (ours).
-
-    Parameters
-    ----------
-    case
-        What is examined.
-    """
+    """Look for what is wrong or suspicious about the network (ours)."""
     if case.sumo:
         yield from _on_remarks(case, case.sumo)
         if case.network.left_hand:

@@ -114,17 +114,8 @@ Segments = npt.NDArray[np.complex128]
 def road_length_m(road: RoadnetRoad, junctions: dict[str, RoadnetIntersection]) -> float:
     """Return the mean length of a road's lanes, without the junctions it joins (CityFlow).
 
-    Parameters
-    ----------
-    road
-        The road.
-    junctions
-        All junctions by id; one that is missing, or virtual, takes nothing of the road.
-
-    Returns
-    -------
-    float
-        Metres: what CityFlow's router adds up.
+    This is what CityFlow's router adds up. A junction that is missing, or virtual, takes nothing of
+    the road.
     """
     ends = (junctions.get(node) for node in (road.start, road.end))
     start_m, end_m = (0.0 if node is None or node.virtual else node.width for node in ends)
@@ -133,22 +124,7 @@ def road_length_m(road: RoadnetRoad, junctions: dict[str, RoadnetIntersection]) 
 
 
 def way_segments(link: RoadLink, roads: dict[str, RoadnetRoad], width_m: float) -> Segments:
-    """Return the pieces of the ways that a road link's lane links take.
-
-    Parameters
-    ----------
-    link
-        The road link.
-    roads
-        All roads by id.
-    width_m
-        Width of the junction.
-
-    Returns
-    -------
-    (2, pieces) complex128
-        Begin and end of every piece.
-    """
+    """Return begin and end of the pieces of a road link's ways: (2, pieces) complex128."""
     origin, destination = (_lanes(roads[name]) for name in (link.start_road, link.end_road))
     pieces = [
         piece

@@ -48,12 +48,8 @@ def sort_phases(served: Sequence[Served]) -> Phases:
     Clearance is a phase in which nobody goes but those who always may, for at most `CLEARANCE_S`;
     and one of at most `YELLOW_S` between two longer ones in which only those go who have green
     before or after it: some of them still clear, or begin earlier. All others are actions, a long
-    phase for those alone who always may go among them: they have their signal then.
-
-    Parameters
-    ----------
-    served
-        The file's phases, at least one of which serves somebody.
+    phase for those alone who always may go among them: they have their signal then. At least one
+    phase has to serve somebody.
     """
     shown = {phase for phase, _ in served if phase}
     # With a single phase "in every phase" says nothing: it is an action, not a right of way.
@@ -108,19 +104,8 @@ def give_way(
     one kind go in the order in which they come. A right turn does not yield to those who leave by
     the same road (ours): in CityFlow it does so only for the lane that it takes there.
 
-    Parameters
-    ----------
-    movements
-        The movements of a junction.
-    ways
-        The pieces of their ways, see `dmil.network.cityflow_geometry.way_segments`.
-    served
-        The phases of the file.
-
-    Returns
-    -------
-    tuple of tuple
-        For every movement the others; empty where nobody yields.
+    The pieces of ways are those of `dmil.network.cityflow_geometry.way_segments`. The result has an
+    entry for every movement, and is empty where nobody yields.
     """
     together = {(i, j) for phase, _ in served for i in phase for j in phase}
     yields = tuple(

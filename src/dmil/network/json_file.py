@@ -18,16 +18,7 @@ def read_json(
 ) -> Shape:
     """Read a JSON file and check its shape (ours).
 
-    Parameters
-    ----------
-    path
-        The file.
-    shape
-        What must be in it.
-    content
-        What the file should be, in words, such as ``"a CityFlow road network"``.
-    error
-        Kind of error to raise.
+    ``content`` says in words what the file should be, such as ``"a CityFlow road network"``.
 
     Raises
     ------
@@ -70,13 +61,7 @@ def read_json(
 
 
 def first_problem(cause: ValidationError) -> tuple[str, str]:
-    """Turn pydantic's report into one place and one problem (ours).
-
-    Returns
-    -------
-    tuple of str
-        The place, such as ``roads[3].lanes[0].maxSpeed``, and what is wrong there.
-    """
+    """Turn pydantic's report into a place (``roads[3].lanes[0].maxSpeed``) and a problem (ours)."""
     errors = cause.errors(include_url=False)
     first = errors[0]
     place = ""

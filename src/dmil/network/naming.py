@@ -17,12 +17,8 @@ def order_counter_clockwise(angle_rad: Mapping[str, float]) -> list[str]:
     """Order the roads into an intersection by the side that they come from (ours).
 
     Counter-clockwise from East, where East begins at -45°: a road from slightly South of East
-    still comes first, so that four sides are always E, N, W, S.
-
-    Parameters
-    ----------
-    angle_rad
-        Link id to the angle, counter-clockwise from East, of where its traffic comes from.
+    still comes first, so that four sides are always E, N, W, S. The angles, by link id, are
+    counter-clockwise from East, of where its traffic comes from.
     """
     turn = 2 * math.pi
 
@@ -33,18 +29,10 @@ def order_counter_clockwise(angle_rad: Mapping[str, float]) -> list[str]:
 
 
 def approach_names(angle_rad: Sequence[float]) -> tuple[str, ...]:
-    """Name approaches after the point of the compass that they come from (ours).
+    """Name approaches after the point of the compass that their traffic comes from (ours).
 
-    Parameters
-    ----------
-    angle_rad
-        Angle of the side that the traffic comes from, counter-clockwise from East.
-
-    Returns
-    -------
-    tuple of str
-        Of four points of the compass if they tell the approaches apart, else of eight, else
-        numbers.
+    Angles are counter-clockwise from East. The points are of four if they tell the approaches
+    apart, else of eight, else the names are numbers.
     """
     for step in (2, 1):
         points = COMPASS[::step]
@@ -59,14 +47,7 @@ def approach_names(angle_rad: Sequence[float]) -> tuple[str, ...]:
 def phase_name(phase: frozenset[int], movements: Sequence[Movement], sides: Sequence[str]) -> str:
     """Name a phase in the paper's manner: sides, then F, L, R or U (paper, §III).
 
-    Parameters
-    ----------
-    phase
-        Local movement indices.
-    movements
-        Movements of the intersection.
-    sides
-        Name of every approach.
+    ``sides`` has the name of every approach.
     """
     served: dict[int, set[str]] = {}
     for index in sorted(phase):

@@ -45,15 +45,7 @@ End = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class XmlPlace:
-    """Where in a file an element begins (ours); as text it is an error's ``where``.
-
-    Parameters
-    ----------
-    path
-        The file.
-    line, column
-        Counted from 1.
-    """
+    """Where in a file an element begins, counted from 1 (ours); as text an error's ``where``."""
 
     path: str
     line: int

@@ -60,20 +60,10 @@ def cityflow_scenario(
 
 
 def find_cityflow_files(place: str) -> tuple[Path, Path]:
-    """Find the road network and the flow file in a folder (ours).
+    """Find the road network and the flow file in a folder, or by ``FOLDER#FLOW_FILE`` (ours).
 
     Of several flow files the one is meant whose name all others continue, such as ``city.json``
     beside ``city_2000.json`` and ``city_2500.json``.
-
-    Parameters
-    ----------
-    place
-        The folder, or ``FOLDER#FLOW_FILE``.
-
-    Returns
-    -------
-    tuple of Path
-        The road network and the flow file.
 
     Raises
     ------

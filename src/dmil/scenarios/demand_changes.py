@@ -115,14 +115,7 @@ class DemandChanges(BaseModel):
         return DemandChanges(**earlier | given)
 
     def applied_to(self, demand: Demand, network: RoadNetwork) -> Demand:
-        """Return a demand with these changes (ours).
-
-        Parameters
-        ----------
-        demand
-            The scenario's own.
-        network
-            Where vehicles arrive.
+        """Return a scenario's own demand with these changes (ours).
 
         Raises
         ------

@@ -40,13 +40,7 @@ class Advantage:
 
 
 def safest_times(timing: SignalTiming, network: RoadNetwork) -> SignalTimes:
-    """Return times that fall short neither of what is given nor of each plan's own (ours).
-
-    Parameters
-    ----------
-    timing, network
-        See `advantages`.
-    """
+    """Return times that fall short neither of what is given nor of each plan's own (ours)."""
     given, plan = (signal_times(each, network) for each in (timing, timing.model_copy(update=PLAN)))
     all_red_s = np.maximum(given.all_red_s, plan.all_red_s)
     yellow_s = np.maximum(given.clearance_s - given.all_red_s, plan.clearance_s - plan.all_red_s)
@@ -63,13 +57,6 @@ def advantages(timing: SignalTiming, network: RoadNetwork) -> list[Advantage]:
 
     A green lasts for whole decision intervals less the clearance before it, so that it may be long
     enough without a minimum. Intersections without a plan are left out.
-
-    Parameters
-    ----------
-    timing
-        What controllers keep.
-    network
-        The roads and signals.
     """
     given, plan = (signal_times(each, network) for each in (timing, timing.model_copy(update=PLAN)))
     interval_s = timing.decision_interval_s

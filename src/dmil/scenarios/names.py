@@ -11,20 +11,10 @@ KINDS = ("grid", "cityflow", "sumo")
 
 
 def kind_of(name: str) -> tuple[str, str]:
-    r"""Split a scenario's name into its kind and the rest (ours).
+    r"""Split a scenario's name, such as ``grid:5x5``, into its kind and what follows it (ours).
 
-    Capitals in the kind do not matter. What stands before the colon is no kind where it is the
-    letter of a drive, as in ``C:\roads\city.sumocfg``.
-
-    Parameters
-    ----------
-    name
-        Such as ``grid:5x5``.
-
-    Returns
-    -------
-    tuple of str
-        ``grid``, ``cityflow``, ``sumo``, or nothing; what follows its colon, or the whole name.
+    Capitals in the kind do not matter. Of a name without one of the `KINDS` the kind is empty: what
+    stands before the colon may be the letter of a drive, as in ``C:\roads\city.sumocfg``.
     """
     kind, colon, rest = name.partition(":")
     known = bool(colon) and kind.lower() in KINDS
@@ -65,11 +55,6 @@ def find_resco_configuration(name: str) -> Path:
     """Find the configuration of a scenario of RESCO in the installed package sumo-rl (ours).
 
     The package is not imported: that would need an environment variable.
-
-    Parameters
-    ----------
-    name
-        Such as ``resco/cologne1``.
 
     Raises
     ------

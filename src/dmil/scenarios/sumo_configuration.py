@@ -109,14 +109,7 @@ def read_sumo_configuration(path: str | Path) -> SumoConfiguration:
 
 
 def driving(configuration: SumoConfiguration, where: str) -> SumoConfiguration:
-    """Return a configuration that has files with vehicles (ours).
-
-    Parameters
-    ----------
-    configuration
-        As it was read.
-    where
-        The file.
+    """Return a configuration, read from the file ``where``, that has files with vehicles (ours).
 
     Raises
     ------

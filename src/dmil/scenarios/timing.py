@@ -168,14 +168,7 @@ def signal_times(timing: SignalTiming, network: RoadNetwork) -> SignalTimes:
 def dont_walk_s(times: SignalTimes, item: Intersection, i: int, phase: int, walk: Walk) -> int:
     """Return how long before a phase ends its pedestrians must stop setting out, in s (ours).
 
-    What they need to clear the crossing beyond the clearance of vehicles.
-
-    Parameters
-    ----------
-    times, item, i, phase
-        Of one phase of an intersection.
-    walk
-        One of its crossings.
+    What they need to clear a crossing beyond the clearance of vehicles.
     """
     changes = [q for q in range(len(item.phases)) if q != phase]
     clearance_s = min((int(times.clearance_s[i, phase, q]) for q in changes), default=0)

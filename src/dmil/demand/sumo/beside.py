@@ -72,13 +72,7 @@ class Stops:
         return any(name in each.attrib for each in self.elements for name in _SHIFTED)
 
     def lie_on(self, edges: Sequence[str]) -> bool:
-        """Tell whether a vehicle on a route comes past all of them, in their order (ours).
-
-        Parameters
-        ----------
-        edges
-            Of the route.
-        """
+        """Tell whether a vehicle on a route of these edges comes past all of them in order."""
         place = 0
         for edge in self.edges or ():
             if edge not in edges[place:]:
@@ -87,13 +81,7 @@ class Stops:
         return self.edges is not None
 
     def xml(self, later_s: float = 0.0) -> str:
-        """Return them as XML elements.
-
-        Parameters
-        ----------
-        later_s
-            How much later than the first of its flow the vehicle departs.
-        """
+        """Return them as XML elements for a vehicle that departs so much later than the first."""
         text = ""
         for each in self.elements:
             text += text_of(Element("stop", {**each.attrib, **_moved(each, later_s)}))
@@ -206,13 +194,7 @@ class Collector:
         self._vehicles.append((drawn.begin_s, text_of(element)))
 
     def found(self, types_xml: str, inner_xml: tuple[str, ...]) -> Beside:
-        """Return what was collected.
-
-        Parameters
-        ----------
-        types_xml, inner_xml
-            See `Beside`.
-        """
+        """Return what was collected, together with the types and inner elements, see `Beside`."""
         routes = [text_of(self._routes[name]) for name in self._used]
         return Beside(
             definitions_xml=lines_of([*self._definitions, *routes, *self._acting]),
@@ -233,14 +215,9 @@ class Collector:
 
 
 def through(entry: DemandEntry, edges: Sequence[str]) -> DemandEntry:
-    """Return a trip that goes by way of its stops, as in SUMO; with a route it stays as it is.
+    """Return a trip that goes by way of the edges where it stops, as in SUMO.
 
-    Parameters
-    ----------
-    entry
-        A vehicle, trip or flow.
-    edges
-        Where it stops.
+    One with a route stays as it is.
     """
     if _has_route(entry.element):
         return entry

@@ -42,14 +42,7 @@ class Stream:
     def draw(self, begin_s: float, horizon_s: int, rng: np.random.Generator) -> Vehicles:
         """Draw the departures, then the routes if there are several.
 
-        Parameters
-        ----------
-        begin_s
-            SUMO's second that is second 0 of the run.
-        horizon_s
-            End of the run in seconds after that.
-        rng
-            Stream of random numbers.
+        ``begin_s`` is SUMO's second that is second 0 of the run, which ends ``horizon_s`` after it.
         """
         times = self.departures.draw(begin_s + horizon_s, rng) - begin_s
         depart_s = np.ceil(np.round(times[times >= 0], 3))

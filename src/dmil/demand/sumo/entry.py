@@ -16,15 +16,7 @@ LAST_S = 10**8
 
 @dataclass(frozen=True, slots=True)
 class DemandEntry:
-    """A vehicle, trip, flow, route or type as it stands in a file (ours).
-
-    Parameters
-    ----------
-    place
-        Where it begins.
-    element
-        The element with its children.
-    """
+    """A vehicle, trip, flow, route or type as it stands in a file, and where it begins (ours)."""
 
     place: XmlPlace
     element: Element
@@ -57,26 +49,14 @@ class DemandEntry:
         return kind(problem, where=where, expected=expected, mend=mend)
 
     def required(self, name: str) -> str:
-        """Return an attribute that must be there.
-
-        Raises
-        ------
-        DemandError
-            If it is missing or empty.
-        """
+        """Return an attribute; a DemandError if it is missing or empty."""
         text = self.element.get(name)
         if not text:
             raise self.error(f"its attribute '{name}' is missing", mend=f'add {name}="…"')
         return text
 
     def number(self, name: str, *, least: float = 0.0, most: float = math.inf) -> float:
-        """Return an attribute as a finite number.
-
-        Raises
-        ------
-        DemandError
-            If it is missing, no number, or not from ``least`` to ``most``.
-        """
+        """Return an attribute as a number; a DemandError unless it is one within the limits."""
         text = self.required(name)
         try:
             value = float(text)
@@ -88,13 +68,7 @@ class DemandEntry:
         return value
 
     def seconds(self, name: str, default: float | None = None) -> float | None:
-        """Return an attribute as a time in seconds, a default if it is missing.
-
-        Raises
-        ------
-        DemandError
-            If it is no time.
-        """
+        """Return an attribute in seconds, a default if it is missing; a DemandError if no time."""
         text = self.element.get(name)
         if text is None:
             return default
@@ -108,17 +82,10 @@ class DemandEntry:
 
 
 def seconds_of(text: str) -> float | None:
-    """Return a time as SUMO writes it in seconds, rounded to ms as SUMO does (SUMO docs: Time).
+    """Return a time as SUMO writes it in seconds, None if it is no time (SUMO docs: Time).
 
-    Parameters
-    ----------
-    text
-        Such as ``25200``, ``7:00:00`` or ``1:00:00:00`` (days first).
-
-    Returns
-    -------
-    float or None
-        None if it is no time.
+    It is written such as ``25200``, ``7:00:00`` or ``1:00:00:00`` (days first), and rounded to ms
+    as SUMO does.
     """
     try:
         parts = [float(part) for part in text.split(":")]

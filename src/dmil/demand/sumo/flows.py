@@ -40,14 +40,7 @@ def departures_of_flow(
 ) -> Listed | Drawn | None:
     """Return when a flow's vehicles depart, None if that is no fixed time.
 
-    Parameters
-    ----------
-    entry
-        The flow.
-    window
-        The part of SUMO's time that is simulated.
-    scale
-        Factor on their number: they depart more often between the same two times.
+    Under a scale they depart more often between the same two times.
 
     Raises
     ------

@@ -36,23 +36,13 @@ class Persons:
     def take(self, entry: DemandEntry, types: VehicleTypes) -> str:
         """Take up a ``<person>`` or ``<personFlow>``; return the kind of remark that it is.
 
-        Parameters
-        ----------
-        entry
-            The element.
-        types
-            The vehicle types that were defined before it.
-
-        Returns
-        -------
-        str
-            ``person`` if it only walks, else ``person-elsewhere``: who rides, or goes to a stop or
-            a place of an additional file, is left out.
+        That is ``person`` if it only walks, else ``person-elsewhere``: who rides, or goes to a stop
+        or a place of an additional file, is left out.
 
         Raises
         ------
         DemandError
-            If there is another one of its id, its type is not defined, or a time is none.
+            If there is another one of its id, its type is not defined before it, or a time is none.
         """
         name = entry.required("id")
         if name in self._ids:

@@ -96,12 +96,7 @@ def read_sumo_routes(
 
 
 def has_vehicles(path: str | Path) -> bool:
-    """Tell whether a file defines vehicles, trips or flows (ours).
-
-    Parameters
-    ----------
-    path
-        A route file or an additional one.
+    """Tell whether a route file or an additional one defines vehicles, trips or flows (ours).
 
     Raises
     ------
@@ -289,13 +284,7 @@ class _Reading:
         self._remarks.add(kind, entry.id, count, place=road)
 
     def demand(self, where: str) -> SumoDemand:
-        """Return what was read.
-
-        Raises
-        ------
-        DemandError
-            If nothing is left.
-        """
+        """Return what was read; a DemandError if nothing is left."""
         if self._unknown and self._unknown_veh >= ANOTHER_NETWORK * self._total_veh:
             entry, road = self._unknown
             raise entry.error(

@@ -132,12 +132,7 @@ def routed_by_sumo(
 def with_remark(demand: SumoDemand, left: Sequence[Ends]) -> SumoDemand:
     """Return the demand with a remark about ways that are not those of the traffic (ours).
 
-    Parameters
-    ----------
-    demand
-        The demand.
-    left
-        From where to where those go, an element for each trip and each flow.
+    ``left`` has from where to where those go, an element for each trip and each flow.
     """
     if not left:
         return demand
@@ -219,13 +214,7 @@ def _vehicles_xml(demand: SumoDemand, network: RoadNetwork, horizon_s: int) -> I
 
 
 def _asked(net_file: Path, vehicles_xml: str, programs_xml: str, options: list[str]) -> Found:
-    """Run SUMO and return the ways of the trips.
-
-    Raises
-    ------
-    DemandError
-        If it fails.
-    """
+    """Run SUMO and return the ways of the trips; a DemandError if it fails."""
     program, environment = sumo_program("sumo")
     with tempfile.TemporaryDirectory(prefix="dmil-routes-") as folder:
         routes, output = Path(folder, "vehicles.rou.xml"), Path(folder, "ways.xml")

@@ -18,6 +18,7 @@ NO_SEQUENCE = (NEMA, OFF)
 """Types of programs that are no plan of one stage after the other: parallel rings, all off."""
 
 Links = tuple[tuple[int, ...], ...]
+"""For every movement its indices into the controller's state strings."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,30 +54,12 @@ class SignalPlan:
 
 
 def going(state: str, links: Links, letters: str) -> frozenset[int]:
-    """Return the movements one of whose links shows one of the letters (ours).
-
-    Parameters
-    ----------
-    state
-        A state string.
-    links
-        For every movement its indices into it.
-    letters
-        The letters looked for, such as ``"Gg"``.
-    """
+    """Return the movements one of whose links shows one of the letters, such as ``"Gg"`` (ours)."""
     return frozenset(j for j, own in enumerate(links) if any(state[k] in letters for k in own))
 
 
 def is_action(state: str, links: Links) -> bool:
-    """Whether a stage gives green to vehicles and lets none of them clear (ours).
-
-    Parameters
-    ----------
-    state
-        Its state string.
-    links
-        For every movement its indices into it.
-    """
+    """Whether a stage gives green to vehicles and lets none of them clear (ours)."""
     return bool(going(state, links, "Gg")) and not going(state, links, "yu")
 
 
@@ -88,20 +71,8 @@ def plan_of(
     An action is a stage in which vehicles have green and none has yellow; stages that serve the
     same movements are one. A movement that may go in all of several actions, be it after a stop
     (right turn on red), is unsignalled, unless an action would then be empty; and so is one with a
-    lane that no signal controls.
-
-    Parameters
-    ----------
-    logic
-        The controller's program.
-    ways
-        Its movements.
-    links
-        For every movement its indices into the state strings, of the lanes that vehicles use.
-    conflicts
-        Pairs of movements that cross.
-    derive
-        Whether to leave the program's stages aside.
+    lane that no signal controls. The links are of the lanes that vehicles use. With ``derive`` the
+    program's stages are left aside.
     """
     every = letters_of(ways.connections, logic.id)
     open_ = frozenset(
@@ -221,15 +192,7 @@ def _clearance_s(logic: Logic, links: Links) -> float:
 
 
 def others_go(state: str, links: Sequence[tuple[int, ...]]) -> bool:
-    """Whether nobody but pedestrians or others who are no vehicles may go (ours).
-
-    Parameters
-    ----------
-    state
-        A state string.
-    links
-        For every movement its indices into it.
-    """
+    """Whether nobody but pedestrians or others who are no vehicles may go (ours)."""
     mine = {k for own in links for k in own}
     vehicles = any(state[k] in "Ggyu" for k in mine)
     return not vehicles and any(letter in "Gg" for k, letter in enumerate(state) if k not in mine)
@@ -243,15 +206,7 @@ _RIGHTS = "gG".find
 
 
 def crossings_of(signal: str, file: NetFile) -> tuple[CrossingRecord, ...]:
-    """Return the crossings that a controller's letters stand for, in their order (ours).
-
-    Parameters
-    ----------
-    signal
-        The controller.
-    file
-        The file.
-    """
+    """Return the crossings that a controller's letters stand for, in their order (ours)."""
     mine = (each for each in file.crossings if each.signal == signal)
     return tuple(sorted(mine, key=lambda each: each.letter))
 
@@ -263,18 +218,7 @@ def walk_of(
 
     Clearing takes as long as the plan leaves between their green and that of vehicles that cross
     them; where other vehicles go in between, no longer than the walk does at 1.2 m/s, and that is
-    also what counts where the plan does not say.
-
-    Parameters
-    ----------
-    crossing
-        The crossing.
-    logic
-        The controller's program.
-    plan, links
-        What was made of it, and for every movement its indices into the state strings.
-    file
-        The file, for who crosses whom.
+    also what counts where the plan does not say. Who crosses whom is in the file.
     """
     foes = file.foes.get((crossing.junction, crossing.row), frozenset())
     letters = {

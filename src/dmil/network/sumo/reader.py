@@ -85,13 +85,6 @@ def driven_by(roads: SumoNetwork, vehicles: ClassCounts) -> SumoNetwork:
     A lane counts where at least a third may use it of the vehicles that may go there at all, see
     `dmil.network.permissions.driven`: so a bus lane is no second lane for cars, and green for its
     own signal is no green for them. Links, movements and their order stay as they are.
-
-    Parameters
-    ----------
-    roads
-        From `read_sumo_network`.
-    vehicles
-        How many there are of which classes.
     """
     file = roads.file
     lanes = (each for edge in file.edges.values() for each in edge.permitted)

@@ -41,10 +41,7 @@ class _Timetable:
 class SignalPrograms:
     """The programs of all signals, in the order in which SUMO would load them (ours).
 
-    Parameters
-    ----------
-    begin_s
-        SUMO's time at which a run begins.
+    ``begin_s`` is SUMO's time at which a run begins.
     """
 
     begin_s: float = 0.0
@@ -160,17 +157,11 @@ class SignalPrograms:
 
         Signals of trains are left out. One that is switched off has the stages of its last program.
 
-        Parameters
-        ----------
-        longest_letter
-            Greatest index into its state strings that a connection names, by signal.
-        path
-            The network's file, for errors.
-
         Raises
         ------
         NetworkError
-            If a state string is shorter than its connections need.
+            If a state string is shorter than its connections need, the greatest index of which is
+            given by signal.
         """
         found = []
         for name, programs in self._programs.items():

@@ -11,15 +11,7 @@ GREEN_S, YELLOW_S = 20.0, 3.0
 
 
 def signals_of(item: Intersection, name: str) -> SumoSignals:
-    """Return a state string for every phase, with one letter per lane of a movement (ours).
-
-    Parameters
-    ----------
-    item
-        The intersection.
-    name
-        Its id in SUMO.
-    """
+    """Return a state string for every phase, with one letter per lane of a movement (ours)."""
     first, links = 0, []
     for movement in item.movements:
         links.append(tuple(range(first, first + len(movement.lanes))))
@@ -60,11 +52,6 @@ def stages_of(item: Intersection) -> list[tuple[float, str]]:
     """Return durations in s and states of the own program, or of each phase in turn (ours).
 
     A green that no clearance follows ends with yellow.
-
-    Parameters
-    ----------
-    item
-        The intersection.
     """
     if item.program:
         stages = list(item.program.stages)

@@ -19,21 +19,7 @@ LONGEST_ALL_RED_S = 10.0
 def remarks_on(
     logic: Logic, ways: SumoMovements, links: Links, plan: SignalPlan, file: NetFile
 ) -> Iterator[Remark]:
-    """Look for what is suspicious about one controller (ours).
-
-    Parameters
-    ----------
-    logic
-        Its program.
-    ways
-        Its movements.
-    links
-        For every movement its indices into the state strings.
-    plan
-        What was made of it.
-    file
-        The file.
-    """
+    """Look for what is suspicious about one controller, and what was made of its program (ours)."""
     place = f"{file.path}: tlLogic {logic.id}"
     if len(logic.programs) > 1:
         yield Remark(
@@ -150,14 +136,7 @@ Pair = tuple[Connection, Connection]
 def foes_of(signal: str, file: NetFile, connections: Iterable[Connection]) -> list[Pair]:
     """Return the pairs of ways under one controller that cross or merge (ours).
 
-    Parameters
-    ----------
-    signal
-        The controller.
-    file
-        With the junctions' matrices of right of way.
-    connections
-        Ways of vehicles, those of other controllers too.
+    The connections may be those of other controllers too.
     """
     rows = {(way.junction, way.row): way for way in connections if way.signal == signal}
     return [
@@ -168,29 +147,13 @@ def foes_of(signal: str, file: NetFile, connections: Iterable[Connection]) -> li
 
 
 def clashing(state: str, foes: Iterable[Pair]) -> list[Pair]:
-    """Return the pairs of ways that both have the right of way, ``G``, in a state (ours).
-
-    Parameters
-    ----------
-    state
-        A state string.
-    foes
-        Pairs that cross or merge.
-    """
+    """Return the pairs of ways that both have the right of way, ``G``, in a state (ours)."""
     return [pair for pair in foes if all(state[way.letter] == "G" for way in pair)]
 
 
 @dataclass(frozen=True, slots=True)
 class Clash:
-    """Two movements that have the right of way at once, though they conflict (ours).
-
-    Parameters
-    ----------
-    signal, state
-        Where, and in which state.
-    one, other
-        The ways.
-    """
+    """Two movements that have the right of way at once in a state, though they conflict (ours)."""
 
     signal: str
     state: str
@@ -206,16 +169,9 @@ class Clash:
 
 
 def first_clash(net_file: str | Path, shown: dict[str, list[str]]) -> Clash | None:
-    """Check signal states against a network's matrices of right of way (ours).
+    """Check the states that controllers are to show against the matrices of right of way (ours).
 
     Lanes of one movement that merge are no clash: their drivers come from one road.
-
-    Parameters
-    ----------
-    net_file
-        The network, as SUMO reads it.
-    shown
-        Controller to all states that it is to show.
 
     Raises
     ------

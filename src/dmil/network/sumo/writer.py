@@ -88,12 +88,7 @@ def write_sumo_network(network: RoadNetwork, folder: str | Path) -> WrittenNetwo
 
 
 def sumo_program(name: str) -> tuple[Path, dict[str, str]]:
-    """Return a program of the installed SUMO, and the environment that it wants (ours).
-
-    Parameters
-    ----------
-    name
-        Such as ``netconvert``.
+    """Return a program of the installed SUMO, such as ``netconvert``, and its environment (ours).
 
     Raises
     ------

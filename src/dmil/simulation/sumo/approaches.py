@@ -64,15 +64,8 @@ def rerouted(
 ) -> RouteGeometry:
     """Return the ways after SUMO has sent some vehicles elsewhere (ours).
 
-    Parameters
-    ----------
-    network
-        The roads.
-    ways
-        Those before.
-    routes
-        Number of a vehicle to the ids of the edges that SUMO says it drives, from its first. One
-        that the network does not have for vehicles counts as a link on which nobody is counted.
+    ``routes`` has the ids of the edges that SUMO says a vehicle drives, from its first. One that
+    the network does not have for vehicles counts as a link on which nobody is counted.
     """
     known, elsewhere = network.link_index, len(network.links)
     links = [[known.get(edge, elsewhere) for edge in edges] for edges in routes.values()]
@@ -159,13 +152,7 @@ def count_vehicles(
 
 @kernel
 def reached_stop_lines(ways: RouteGeometry, seen: FloatArray) -> int:
-    """Return how many links to a governed movement the vehicles have come to, in all (ours).
-
-    Parameters
-    ----------
-    ways, seen
-        See `count_vehicles`.
-    """
+    """Return how many links to a governed movement the vehicles have come to, in all (ours)."""
     reached = 0
     for k in range(seen.shape[1]):
         place = _place(ways, seen, k)
@@ -211,15 +198,7 @@ def _place(ways: RouteGeometry, seen: FloatArray, k: int) -> int:
 
 
 def passed_in_all(ways: RouteGeometry, vehicle: LongArray) -> int:
-    """Return how many governed movements lie on the routes of vehicles, in all (ours).
-
-    Parameters
-    ----------
-    ways
-        Routes of all vehicles.
-    vehicle: (those asked for,) int64
-        Their numbers.
-    """
+    """Return how many governed movements lie on the routes of some vehicles, in all (ours)."""
     return int(ways.passed[ways.offset[ways.route[vehicle] + 1] - 1].sum())
 
 
@@ -240,16 +219,9 @@ def _movements(network: RoadNetwork, offset: LongArray, link: LongArray) -> Long
 
 
 class Crossings:
-    """Follows all vehicles of a run along their routes (ours).
+    """Follows all vehicles of a run, of which there are ``vehicles``, along their routes (ours).
 
-    Parameters
-    ----------
-    vehicles
-        How many there are.
-
-    Notes
-    -----
-    Vehicles are seen at decisions only: one that enters and arrives between two of them is missed.
+    They are seen at decisions only: one that enters and arrives between two of them is missed.
     """
 
     def __init__(self, vehicles: int) -> None:
@@ -257,15 +229,7 @@ class Crossings:
         self._there = np.zeros(vehicles, np.bool_)
 
     def see(self, ways: RouteGeometry, seen: FloatArray) -> None:
-        """Take in where the vehicles of the network are.
-
-        Parameters
-        ----------
-        ways
-            Routes of all vehicles, as SUMO last told them.
-        seen: (5, vehicles in the network) float64
-            See `dmil.simulation.sumo.approaches.count_vehicles`.
-        """
+        """Take in where the vehicles of the network are, see `count_vehicles`."""
         vehicle, links = seen[0].astype(np.int64), np.diff(ways.offset)[ways.route]
         there = np.zeros_like(self._there)
         there[vehicle] = True
@@ -282,12 +246,7 @@ class Crossings:
     ) -> npt.NDArray[np.int64]:
         """Return the vehicles that have crossed, by intersection: (intersections,) int64.
 
-        Parameters
-        ----------
-        ways
-            See `see`.
-        intersections, movements
-            How many there are; movements of the intersection with the most.
+        ``movements`` is the number of movements of the intersection with the most.
         """
         # Of a route that SUMO has replaced nothing counts: the new one begins with its past.
         links_behind = np.zeros(ways.offset.size - 1, np.int64)

@@ -66,13 +66,6 @@ class RunFiles:
 def run_files(scenario: Scenario, folder: Path) -> RunFiles:
     """Return the scenario's own files of SUMO, or write its network as such (ours).
 
-    Parameters
-    ----------
-    scenario
-        The scenario.
-    folder
-        Where to write.
-
     Raises
     ------
     NetworkError
@@ -141,13 +134,7 @@ def options(
 
 
 def together(chosen: Sequence[str], further: Sequence[str]) -> list[str]:
-    """Return options of ``sumo`` and more of them; of both, additional files are loaded (ours).
-
-    Parameters
-    ----------
-    chosen, further
-        Options and their values.
-    """
+    """Return options of ``sumo`` and more of them; of both, additional files are loaded (ours)."""
     name = "--additional-files"
     joined = list(chosen)
     if name in joined and name in further:

@@ -35,21 +35,9 @@ def programs_xml(
 ) -> str:
     """Return plans for SUMO; loaded last, they are what its signals show (SUMO's documentation).
 
-    Several plans are switched between by a WAUT, SUMO's timetable of programs.
-
-    Parameters
-    ----------
-    timetable
-        The plans.
-    network
-        The intersections. The offset of one's own program is kept; without one a cycle begins with
-        its plan.
-    signals
-        How SUMO shows the phases, one per intersection.
-    times
-        What stands between two phases.
-    begin_s
-        SUMO's second that is second 0.
+    Several plans are switched between by a WAUT, SUMO's timetable of programs. The offset of an
+    intersection's own program is kept; without one a cycle begins with its plan. ``begin_s`` is
+    SUMO's second that is second 0.
     """
     names = [PROGRAM_ID if k == 0 else f"{PROGRAM_ID}-{k}" for k in range(len(timetable))]
     lines = ["<additional>"]
@@ -84,14 +72,7 @@ def stages(
 ) -> list[tuple[int, str]]:
     """Return seconds and state of every stage of a plan, clearance included (ours).
 
-    Parameters
-    ----------
-    heads, plan
-        Of one intersection; a green with pedestrians is long enough for them.
-    times
-        Signal timing.
-    item, i
-        The intersection, and its index in the signal timing.
+    A green with pedestrians is long enough for them; ``i`` is the intersection's index.
     """
     found = []
     turns = pairwise([*plan.phases, plan.phases[0]])

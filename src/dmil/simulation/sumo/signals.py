@@ -81,12 +81,7 @@ class SignalHeads:
     def request(self, wanted: IntArray, time_s: int) -> Orders:
         """Ask for phases; return what follows from it under the rules of signal timing (ours).
 
-        Parameters
-        ----------
-        wanted: (intersections,) int32
-            Phases, `PROGRAM` or `ACTUATED`.
-        time_s
-            Now.
+        ``wanted`` is (intersections,) int32: phases, `PROGRAM` or `ACTUATED`.
         """
         before = self.phase.copy()
         self.overruled += grant(
@@ -136,15 +131,7 @@ class SignalHeads:
 
 
 def stopped(state: str, crossings: Collection[int]) -> str:
-    """Return a state with red for some crossings of pedestrians (ours).
-
-    Parameters
-    ----------
-    state
-        A state string.
-    crossings
-        Indices into it.
-    """
+    """Return a state with red for some crossings of pedestrians, indices into it (ours)."""
     return "".join("r" if k in crossings else letter for k, letter in enumerate(state))
 
 
@@ -155,11 +142,6 @@ def walk_ends(
 
     When a green will end is not known while it runs, so pedestrians set out at its beginning only:
     as long as leaves them time to clear the crossing if it ends as soon as it may.
-
-    Parameters
-    ----------
-    network, states, times
-        Intersections, their states in SUMO and their signal timing.
     """
     found = []
     for i, (item, heads) in enumerate(zip(network.intersections, states, strict=True)):
@@ -188,17 +170,11 @@ def setting_out(
 
 @lru_cache(maxsize=4096)
 def cleared(before: str, after: str, losing: str) -> str:
-    """Return what signals show between two phases (ours).
+    """Return what signals show between the states of two phases (ours).
 
     What is green in both stays green, with right of way only if it has it in both. A letter other
-    than green or red, such as a turn after a stop, stays where both phases have it.
-
-    Parameters
-    ----------
-    before, after
-        SUMO's states of the two phases.
-    losing
-        What those see that lose their green: yellow, then red.
+    than green or red, such as a turn after a stop, stays where both phases have it. Those that lose
+    their green see ``losing``: yellow, then red.
     """
     return "".join(_between(old, new, losing) for old, new in zip(before, after, strict=True))
 

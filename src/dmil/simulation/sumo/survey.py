@@ -52,28 +52,14 @@ class Survey(NamedTuple):
 
 @dataclass(slots=True)
 class SurveyFiles:
-    """Asks SUMO for the outputs of a run and reads them afterwards (ours).
-
-    Parameters
-    ----------
-    network
-        The roads.
-    folder
-        Where SUMO shall write.
-    """
+    """Asks SUMO for the outputs of a run, into a folder, and reads them afterwards (ours)."""
 
     network: RoadNetwork
     folder: Path
     _files: RunFiles | None = None
 
     def options(self, files: RunFiles) -> list[str]:
-        """Write the detectors down; return the options of ``sumo`` that let it write (ours).
-
-        Parameters
-        ----------
-        files
-            The scenario in SUMO's terms.
-        """
+        """Write the detectors down; return the options of ``sumo`` that let it write (ours)."""
         self._files = files
         additional = self.folder / "detectors.add.xml"
         name = quoteattr(str(self.folder / "crossings.xml"))
@@ -95,15 +81,7 @@ class SurveyFiles:
         ]
 
     def read(self, vehicles: Vehicles, seconds: int) -> Survey:
-        """Return what SUMO has written, when the run is over (ours).
-
-        Parameters
-        ----------
-        vehicles
-            Those of the run.
-        seconds
-            Its length.
-        """
+        """Return what SUMO has written about a run of some seconds, when it is over (ours)."""
         assert self._files is not None
         begin_s = self._files.begin_s
         entered_s = np.full(len(vehicles), np.nan)
