@@ -9,8 +9,14 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from dmil.demand.destinations import TIES, Ties, draw_destinations
-from dmil.demand.rates import PAPER_RATE_VEH_PER_MIN, check_rates, rates_at_fringe
+from dmil.demand.destinations import (
+    PAPER_RATE_VEH_PER_MIN,
+    TIES,
+    Ties,
+    check_rates,
+    draw_destinations,
+    rates_at_fringe,
+)
 from dmil.demand.vehicles import FloatArray, LongArray, Vehicles, check_horizon, check_load
 from dmil.errors import DemandError
 from dmil.network import RoadNetwork

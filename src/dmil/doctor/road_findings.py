@@ -10,7 +10,7 @@ from dmil.doctor.findings import Finding, Severity
 from dmil.doctor.kinds import finding
 from dmil.network import Intersection, Remark, RoadNetwork
 from dmil.network.sumo.ways import reached
-from dmil.scenarios.fairness import advantages
+from dmil.scenarios.timing import advantages
 
 LONGEST_CYCLE_S = 180.0
 

@@ -21,14 +21,7 @@ from dmil.network.cityflow_geometry import (
 )
 from dmil.network.cityflow_phases import Served, give_way, sort_phases
 from dmil.network.json_file import read_json
-from dmil.network.model import (
-    TURNS,
-    Intersection,
-    Link,
-    Movement,
-    RoadNetwork,
-    Turn,
-)
+from dmil.network.model import TURNS, Intersection, Link, Movement, RoadNetwork, Turn
 from dmil.network.naming import approach_names, order_counter_clockwise, phase_name
 
 _FILE = TypeAdapter(RoadnetFile)

@@ -18,7 +18,7 @@ from dmil.demand import (
     Ties,
 )
 from dmil.demand.arrivals import DEFAULT_BATCH_VEH, ArrivalProcess
-from dmil.demand.rates import check_rates, rates_at_fringe
+from dmil.demand.destinations import check_rates, rates_at_fringe
 from dmil.errors import DemandError, InputError
 from dmil.network import RoadNetwork
 from dmil.scenarios.model import HIGHEST_LOAD, LONGEST_RUN_S

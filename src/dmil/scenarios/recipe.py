@@ -17,13 +17,7 @@ from dmil.network.sumo.reader import Phases
 from dmil.scenarios.calibration import load_calibration
 from dmil.scenarios.cityflow import cityflow_scenario
 from dmil.scenarios.demand_changes import DemandChanges, resampled, with_ties
-from dmil.scenarios.model import (
-    HIGHEST_LOAD,
-    LONGEST_RUN_S,
-    QueueDynamics,
-    Routing,
-    Scenario,
-)
+from dmil.scenarios.model import HIGHEST_LOAD, LONGEST_RUN_S, QueueDynamics, Routing, Scenario
 from dmil.scenarios.registry import scenario, with_load
 from dmil.scenarios.sumo import sumo_scenario
 from dmil.scenarios.sumo_configuration import SumoConfiguration

@@ -12,14 +12,7 @@ from dmil.demand.sumo.routing import routed_by_sumo, sumo_is_installed, with_rem
 from dmil.errors import InputError
 from dmil.network.sumo import read_sumo_network
 from dmil.network.sumo.reader import Phases, driven_by
-from dmil.scenarios.model import (
-    FROM_FILES,
-    QueueDynamics,
-    Routing,
-    Scenario,
-    SumoFiles,
-    horizon_of,
-)
+from dmil.scenarios.model import FROM_FILES, QueueDynamics, Routing, Scenario, SumoFiles, horizon_of
 from dmil.scenarios.sumo_configuration import SumoConfiguration, driving, read_sumo_configuration
 from dmil.scenarios.timing import PLAN, SignalTiming
 

@@ -11,12 +11,19 @@ import numpy as np
 
 from dmil.demand.recorded import FileDemand, in_order
 from dmil.demand.sumo.acting import DEFINITIONS, device_kinds, names_device, switches
-from dmil.demand.sumo.beside import FOLLOWED, PLACES, Collector, Stops, devices_xml, through
+from dmil.demand.sumo.beside import (
+    FOLLOWED,
+    PLACES,
+    Collector,
+    Persons,
+    Stops,
+    devices_xml,
+    through,
+)
 from dmil.demand.sumo.demand import Stream, SumoDemand
 from dmil.demand.sumo.departures import Drawn, Listed, Quota, Turns, Window, within
 from dmil.demand.sumo.entry import DemandEntry
 from dmil.demand.sumo.flows import departure_of_vehicle, departures_of_flow
-from dmil.demand.sumo.persons import Persons
 from dmil.demand.sumo.remarks import Remarks, nobody
 from dmil.demand.sumo.types import VehicleType, VehicleTypes
 from dmil.demand.sumo.ways import Ends, Unusable, Ways, ends_of

@@ -14,11 +14,7 @@ from dmil.network.checks import check_network
 from dmil.network.lines import Point
 from dmil.network.model import Intersection, Junction, Link, RoadNetwork
 from dmil.network.naming import phase_name
-from dmil.network.permissions import (
-    ClassCounts,
-    driven,
-    makes_no_difference,
-)
+from dmil.network.permissions import ClassCounts, driven, makes_no_difference
 from dmil.network.sumo.net_file import read_net_file
 from dmil.network.sumo.plan import crossings_of, plan_of, walk_of
 from dmil.network.sumo.records import Connection, Logic, NetFile, Remark, SumoNetwork, SumoSignals

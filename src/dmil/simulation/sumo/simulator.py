@@ -22,14 +22,7 @@ from dmil.simulation.sumo.approaches import (
     count_vehicles,
     rerouted,
 )
-from dmil.simulation.sumo.files import (
-    Model,
-    RunFiles,
-    options,
-    run_files,
-    together,
-    write_routes,
-)
+from dmil.simulation.sumo.files import Model, RunFiles, options, run_files, together, write_routes
 from dmil.simulation.sumo.process import SumoProcess, require_sumo
 from dmil.simulation.sumo.signals import SignalHeads, walk_ends
 from dmil.simulation.timing import ACTUATED, checked_phases, signals_of
