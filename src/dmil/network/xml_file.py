@@ -202,28 +202,15 @@ class XmlWalk:
                 while piece := stream.read(_CHUNK_BYTES):
                     yield piece
         except FileNotFoundError:
-            raise self._error(
-                "there is no such file",
-                where=str(self._path),
-                expected=self._content,
-                mend="check the path",
-            ) from None
+            raise self._wrong("there is no such file", self._path, "check the path") from None
         except EOFError:  # of gzip: there is more to come
             self._empty = False
             raise self._cut_off() from None
         except (gzip.BadGzipFile, zlib.error) as cause:
-            raise self._error(
-                f"this is not a sound gzip file ({cause})",
-                where=str(self._path),
-                expected=self._content,
-                mend="copy or download it again",
-            ) from None
+            problem = f"this is not a sound gzip file ({cause})"
+            raise self._wrong(problem, self._path, "copy or download it again") from None
         except OSError as cause:
-            raise self._error(
-                f"it cannot be read ({cause.strerror})",
-                where=str(self._path),
-                expected=self._content,
-            ) from None
+            raise self._wrong(f"it cannot be read ({cause.strerror})", self._path) from None
 
     def _feed(self, piece: bytes, *, last: bool) -> None:
         try:
@@ -231,11 +218,10 @@ class XmlWalk:
         except expat.ExpatError as cause:
             if cause.code in _CUT_OFF:
                 raise self._cut_off() from None
-            raise self._error(
+            raise self._wrong(
                 f"this is not XML ({expat.errors.messages[cause.code]})",
-                where=str(XmlPlace(str(self._path), cause.lineno, cause.offset + 1)),
-                expected=self._content,
-                mend="check that this is the right file, and correct this place",
+                XmlPlace(str(self._path), cause.lineno, cause.offset + 1),
+                "check that this is the right file, and correct this place",
             ) from None
 
     def _begin(self, name: str, attributes: dict[str, str]) -> None:
@@ -243,12 +229,8 @@ class XmlWalk:
         # SUMO does not look at the name; one that says that this is something else is a mistake.
         if self._roots and name not in self._roots and ("net" in self._roots or name in CONTENT):
             what = f", so this is {CONTENT[name]}" if name in CONTENT else ""
-            raise self._error(
-                f"its root element is <{name}>{what}",
-                where=str(self.place),
-                expected=self._content,
-                mend="check that this is the right file",
-            )
+            problem = f"its root element is <{name}>{what}"
+            raise self._wrong(problem, self.place, "check that this is the right file")
         self._start(name, attributes)
 
     def _refuse(self, *_declaration: object) -> None:
@@ -261,12 +243,11 @@ class XmlWalk:
 
     def _cut_off(self) -> InputError:
         problem = "the file is empty" if self._empty else "the file is cut off in the middle"
-        return self._error(
-            problem,
-            where=str(self._path) if self._empty else str(self.place),
-            expected=self._content,
-            mend="copy or download it again",
-        )
+        place = self._path if self._empty else self.place
+        return self._wrong(problem, place, "copy or download it again")
+
+    def _wrong(self, problem: str, place: XmlPlace | Path, mend: str | None = None) -> InputError:
+        return self._error(problem, where=str(place), expected=self._content, mend=mend)
 
 
 def attributes_xml(attributes: Mapping[str, object]) -> str:
