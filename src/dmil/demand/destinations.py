@@ -180,7 +180,7 @@ def check_rates(rate_veh_per_min: Mapping[str, float]) -> None:
 
 
 def rates_at_fringe(network: RoadNetwork, rate_veh_per_min: Mapping[str, float]) -> FloatArray:
-    """Return every fringe node's rate in vehicles per minute: (fringe nodes,) float64.
+    """Return the rate of every node of ``network.fringe`` in vehicles per minute: (nodes,) float64.
 
     Rates are given by fringe node or side letter of a grid; who is not named sends nobody.
 

@@ -9,7 +9,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from dmil.demand.vehicles import FloatArray, ScalableDemand, Vehicles, check_horizon, check_load
+from dmil.demand.vehicles import (
+    FloatArray,
+    IntArray,
+    ScalableDemand,
+    Vehicles,
+    check_horizon,
+    check_load,
+)
 from dmil.errors import DemandError
 from dmil.network import RoadNetwork
 from dmil.network.permissions import Classes
@@ -180,7 +187,9 @@ def first_gap(
 
 
 def in_order(
-    depart_s: FloatArray, routes: Sequence[Sequence[int]], kind: Sequence[int] | None = None
+    depart_s: FloatArray | IntArray,
+    routes: Sequence[Sequence[int] | IntArray],
+    kind: Sequence[int] | IntArray | None = None,
 ) -> Vehicles:
     """Sort vehicles by departure; those of one second stay in the order of the record.
 

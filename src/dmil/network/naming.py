@@ -47,7 +47,7 @@ def approach_names(angle_rad: Sequence[float]) -> tuple[str, ...]:
 def phase_name(phase: frozenset[int], movements: Sequence[Movement], sides: Sequence[str]) -> str:
     """Name a phase in the paper's manner: sides, then F, L, R or U (paper, §III).
 
-    ``sides`` has the name of every approach.
+    A phase is local indices of the movements; ``sides`` has the name of every approach.
     """
     served: dict[int, set[str]] = {}
     for index in sorted(phase):

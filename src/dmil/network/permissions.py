@@ -46,8 +46,8 @@ third on that is nearer to two lanes than to one."""
 def permitted(allow: str | None, disallow: str | None) -> Classes:
     """Return the classes that may use a lane or connection (SUMO docs: Vehicle Permissions).
 
-    The attributes are the file's. Without either all may, ``all`` stands for all classes, and
-    beside ``allow`` SUMO ignores ``disallow``.
+    The attributes are the file's, names with blanks between them. Without either all may, ``all``
+    stands for all classes, and beside ``allow`` SUMO ignores ``disallow``.
     """
     if allow:
         return _named(allow)

@@ -102,8 +102,9 @@ def plan_of(
             shown = first.setdefault(served(state) - unsignalled, state)
             if _with_more_others(state, shown, links):
                 first[served(state) - unsignalled] = state
-        added = frozenset(range(len(links))) - unsignalled - frozenset().union(*first)
-        for phase in _without_conflict(ways, conflicts, unsignalled, need=added):
+        wanted = frozenset(range(len(links))) - unsignalled
+        added = wanted - frozenset().union(*first)
+        for phase in conflict_free_phases(ways.movements, conflicts, wanted, need=added):
             shown = actions[0].replace("G", "g")
             first[phase] = _state(phase, every, shown, keep=unsignalled)
         phases, strings, derived = tuple(first), tuple(first.values()), False
@@ -143,7 +144,8 @@ def _with_more_others(state: str, shown: str, links: Links) -> bool:
 def _derived(
     logic: Logic, ways: SumoMovements, links: Links, conflicts: Pairs, open_: frozenset[int]
 ) -> tuple[tuple[frozenset[int], ...], tuple[str, ...], frozenset[int]]:
-    phases = _without_conflict(ways, conflicts, open_)
+    wanted = frozenset(range(len(links))) - open_
+    phases = conflict_free_phases(ways.movements, conflicts, wanted)
     unsignalled = open_
     if len(phases) > 1:
         # Who is in all of them crosses nobody.
@@ -157,16 +159,6 @@ def _derived(
         tuple(_state(phase, links, shown, keep=unsignalled) for phase in phases),
         unsignalled,
     )
-
-
-def _without_conflict(
-    ways: SumoMovements,
-    conflicts: Pairs,
-    unsignalled: frozenset[int],
-    need: frozenset[int] | None = None,
-) -> tuple[frozenset[int], ...]:
-    wanted = frozenset(range(len(ways.movements))) - unsignalled
-    return conflict_free_phases(ways.movements, conflicts, wanted, need=need)
 
 
 def _state(phase: frozenset[int], links: Links, shown: str, *, keep: frozenset[int]) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
 from typing import Literal
@@ -192,7 +191,6 @@ def _intersection(
     return intersection, SumoSignals(logic.id, plan.states, links, letters), remarks
 
 
-@dataclass(slots=True, init=False)
 class _Nodes:
     """Which junctions make up which node.
 
@@ -210,12 +208,6 @@ class _Nodes:
         What was left aside.
     """
 
-    logics: tuple[Logic, ...]
-    of: dict[str, str]
-    connections: dict[str, list[Connection]]
-    position_m: dict[str, Point]
-    remarks: list[Remark]
-
     def __init__(self, file: NetFile) -> None:
         self.remarks = [
             Remark(
@@ -230,8 +222,8 @@ class _Nodes:
         owner = self._owners(file)
         self.logics = tuple(logic for logic in file.logics if logic.id in owner.values())
         names = {logic.id for logic in self.logics}
-        self.of = {}
-        self.connections = {}
+        self.of: dict[str, str] = {}
+        self.connections: dict[str, list[Connection]] = {}
         places: dict[str, list[Point]] = {}
         used = {edge.start: None for edge in file.edges.values()}
         used |= {edge.end: None for edge in file.edges.values()}

@@ -28,7 +28,6 @@ _READ = ("tlLogic", "WAUT", "wautJunction")
 class _Timetable:
     begin: str
     switches: list[tuple[float, str]]
-    period_s: float
 
     def at(self, begin_s: float) -> tuple[str, tuple[tuple[float, str], ...]]:
         """Return the program at a time and what follows, as SUMO does: the switch after it says."""
@@ -133,7 +132,7 @@ class SignalPrograms:
             when_s = reference_s + _time_s(child.attrib["time"])
             switches.append((when_s % period_s if period_s > 0 else when_s, child.attrib["to"]))
         begin = element.get("startProg", "")
-        self._timetables[element.attrib["id"]] = _Timetable(begin, switches, period_s)
+        self._timetables[element.attrib["id"]] = _Timetable(begin, switches)
 
     def _follow(self, element: Element, place: XmlPlace | str) -> None:
         name, signal = element.attrib["wautID"], element.attrib["junctionID"]
@@ -156,12 +155,12 @@ class SignalPrograms:
         """Return the program of every signal that is in charge when a run begins.
 
         Signals of trains are left out. One that is switched off has the stages of its last program.
+        ``longest_letter`` is by signal the greatest index into its states that a connection names.
 
         Raises
         ------
         NetworkError
-            If a state string is shorter than its connections need, the greatest index of which is
-            given by signal.
+            If a state string is shorter than its connections need.
         """
         found = []
         for name, programs in self._programs.items():
