@@ -127,23 +127,22 @@ def _check_movement(movement: Movement, node: str, links: dict[str, Link], where
     for name in (movement.from_link, movement.to_link):
         if name not in links:
             raise wrong(f"there is no link '{name}'", mend="add the link, or correct the name")
-    if links[movement.from_link].end != node:
+    before, after = links[movement.from_link], links[movement.to_link]
+    if before.end != node:
         raise wrong(
-            f"it comes from link {movement.from_link}, which ends at "
-            f"'{links[movement.from_link].end}'",
+            f"it comes from link {before.id}, which ends at '{before.end}'",
             expected="a link that ends at this intersection",
         )
-    if links[movement.to_link].start != node:
+    if after.start != node:
         raise wrong(
-            f"it goes to link {movement.to_link}, which starts at "
-            f"'{links[movement.to_link].start}'",
+            f"it goes to link {after.id}, which starts at '{after.start}'",
             expected="a link that starts at this intersection",
         )
     if movement.turn not in TURNS:
         raise wrong(f"its turn is {movement.turn!r}", expected=f"one of {', '.join(TURNS)}")
     if movement.approach < 0:
         raise wrong(f"its approach is {movement.approach}", expected="0 or more")
-    known = range(links[movement.from_link].lanes)
+    known = range(before.lanes)
     if not movement.lanes or len(set(movement.lanes)) < len(movement.lanes):
         raise wrong(
             f"its lanes are {list(movement.lanes)}",
