@@ -11,7 +11,7 @@ from dmil.demand import PoissonDemand
 from dmil.network import Junction, Program, Stage, check_network, grid
 from dmil.network.permissions import Classes, Permissions
 from dmil.scenarios import PLAN, QueueDynamics, Scenario, SignalTiming
-from dmil.scenarios.sumo_files import SumoFiles
+from dmil.scenarios.model import SumoFiles
 from dmil.seeding import stream
 from dmil.simulation import QueueSimulator
 from dmil.simulation.queue import kernel

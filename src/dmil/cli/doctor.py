@@ -18,8 +18,7 @@ from dmil.cli.terminal import print_json, say, show
 from dmil.doctor import Diagnosis, Finding, IntersectionFacts, examine, read_case
 from dmil.errors import InputError
 from dmil.network.sumo.reader import Phases
-from dmil.scenarios.model import LONGEST_RUN_S
-from dmil.scenarios.sumo_files import Routing
+from dmil.scenarios.model import LONGEST_RUN_S, Routing
 
 SCENARIO = "Scenario"
 ELLIPSIS = "…"

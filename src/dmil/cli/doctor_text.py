@@ -22,7 +22,7 @@ from dmil.cli.doctor_tables import (
 from dmil.cli.measures import own_or_s
 from dmil.cli.terminal import entries
 from dmil.doctor import Diagnosis, Finding
-from dmil.doctor.kind import Severity
+from dmil.doctor.findings import Severity
 from dmil.doctor.traffic import PEAK_S
 from dmil.reports.labels import counted
 from dmil.scenarios.names import shown

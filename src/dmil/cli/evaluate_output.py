@@ -20,7 +20,7 @@ from dmil.experiments.comparison import REFERENCE, Comparison
 from dmil.files import write_atomically
 from dmil.results.metrics import COMPARED
 from dmil.scenarios import Scenario
-from dmil.scenarios.fairness import advantages
+from dmil.scenarios.timing import advantages
 from dmil.statistics import Estimate
 
 PLANS = tuple(name for name, entry in CONTROLLERS.items() if entry.shows_plan)

@@ -8,9 +8,9 @@ from pathlib import Path
 from dmil.errors import InputError
 from dmil.files import write_text_atomically
 from dmil.network import Intersection, RoadNetwork, SumoSignals
-from dmil.network.sumo.conflicts import first_clash
+from dmil.network.sumo.suspicions import first_clash
 from dmil.scenarios import SignalTiming
-from dmil.scenarios.fairness import safest_times
+from dmil.scenarios.timing import safest_times
 from dmil.simulation.sumo.programs import Plan, programs_xml, stages
 from dmil.training.mean_cycle import MeanCycle
 

@@ -1,16 +1,9 @@
 """Demand: arrival processes, routes and trips of files as arrays of vehicles."""
 
-from dmil.demand.arrivals import (
-    ArrivalProcess,
-    CompoundPoissonDemand,
-    PoissonDemand,
-    ProfileDemand,
-)
+from dmil.demand.arrivals import ArrivalProcess, CompoundPoissonDemand, PoissonDemand, ProfileDemand
 from dmil.demand.cityflow import CityflowDemand, read_cityflow_flow
-from dmil.demand.destinations import Ties
-from dmil.demand.rates import PAPER_RATE_VEH_PER_MIN
-from dmil.demand.recorded import FileDemand
-from dmil.demand.resampled import ResampledDemand
+from dmil.demand.destinations import PAPER_RATE_VEH_PER_MIN, Ties
+from dmil.demand.recorded import FileDemand, ResampledDemand
 from dmil.demand.sumo import DemandRemark, SumoDemand, read_sumo_routes
 from dmil.demand.vehicles import Demand, ScalableDemand, Vehicles
 

@@ -9,8 +9,14 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from dmil.demand.destinations import TIES, Ties, draw_destinations
-from dmil.demand.rates import PAPER_RATE_VEH_PER_MIN, check_rates, rates_at_fringe
+from dmil.demand.destinations import (
+    PAPER_RATE_VEH_PER_MIN,
+    TIES,
+    Ties,
+    check_rates,
+    draw_destinations,
+    rates_at_fringe,
+)
 from dmil.demand.vehicles import FloatArray, LongArray, Vehicles, check_horizon, check_load
 from dmil.errors import DemandError
 from dmil.network import RoadNetwork
@@ -56,12 +62,15 @@ class ArrivalProcess(Protocol):
         ...
 
     def vehicles(self, network: RoadNetwork, horizon_s: int, rng: np.random.Generator) -> Vehicles:
-        """Draw the vehicles of a run."""
-        ...
+        """Draw arrivals, then destinations, then coins: always in this order; see `Demand`."""
+        check_horizon(horizon_s)
+        arrivals = self.arrivals(network, np.ones(horizon_s), rng)
+        second, origin = np.divmod(arrivals, len(network.fringe))
+        return draw_destinations(network, second, origin, rng, self.ties)
 
 
 @dataclass(frozen=True)
-class PoissonDemand:
+class PoissonDemand(ArrivalProcess):
     """Vehicles that arrive one by one (paper, §VI: homogeneous Poisson processes).
 
     In every second a Poisson number of vehicles with mean rate/60 arrives at every fringe node.
@@ -106,10 +115,6 @@ class PoissonDemand:
         counts = rng.poisson(np.multiply.outer(multiplier, per_s)).ravel()
         return np.repeat(np.arange(len(counts)), counts)
 
-    def vehicles(self, network: RoadNetwork, horizon_s: int, rng: np.random.Generator) -> Vehicles:
-        """Draw the vehicles of a run; see `Demand`."""
-        return _draw(self, network, horizon_s, rng)
-
     def with_ties(self, ties: Ties) -> PoissonDemand:
         """Return the demand with other ties."""
         return replace(self, ties=ties)
@@ -120,7 +125,7 @@ class PoissonDemand:
 
 
 @dataclass(frozen=True)
-class CompoundPoissonDemand:
+class CompoundPoissonDemand(ArrivalProcess):
     """Batches of vehicles that arrive together (paper, §III: compound Poisson processes).
 
     In every second a Poisson number of batches arrives at every fringe node; a batch's vehicles
@@ -185,10 +190,6 @@ class CompoundPoissonDemand:
             sizes = rng.geometric(1.0 / self.batch_veh, len(slots))
         return np.repeat(slots, sizes)
 
-    def vehicles(self, network: RoadNetwork, horizon_s: int, rng: np.random.Generator) -> Vehicles:
-        """Draw the vehicles of a run; see `Demand`."""
-        return _draw(self, network, horizon_s, rng)
-
     def with_ties(self, ties: Ties) -> CompoundPoissonDemand:
         """Return the demand with other ties."""
         return replace(self, ties=ties)
@@ -199,7 +200,7 @@ class CompoundPoissonDemand:
 
 
 @dataclass(frozen=True)
-class ProfileDemand:
+class ProfileDemand(ArrivalProcess):
     """Another demand whose rates rise and fall with time (ours).
 
     Parameters
@@ -271,10 +272,6 @@ class ProfileDemand:
         """Draw when and where vehicles arrive; see `ArrivalProcess`."""
         return self.base.arrivals(network, multiplier * self.at(np.arange(len(multiplier))), rng)
 
-    def vehicles(self, network: RoadNetwork, horizon_s: int, rng: np.random.Generator) -> Vehicles:
-        """Draw the vehicles of a run; see `Demand`."""
-        return _draw(self, network, horizon_s, rng)
-
     @property
     def ties(self) -> Ties:
         """What decides between equally short ways: as in the base."""
@@ -287,16 +284,6 @@ class ProfileDemand:
     def scaled(self, load: float) -> ProfileDemand:
         """Return the profile over the scaled base."""
         return replace(self, base=self.base.scaled(load))
-
-
-def _draw(
-    process: ArrivalProcess, network: RoadNetwork, horizon_s: int, rng: np.random.Generator
-) -> Vehicles:
-    """Draw arrivals, then destinations, then coins: always in this order."""
-    check_horizon(horizon_s)
-    arrivals = process.arrivals(network, np.ones(horizon_s), rng)
-    second, origin = np.divmod(arrivals, len(network.fringe))
-    return draw_destinations(network, second, origin, rng, process.ties)
 
 
 def _times(rate_veh_per_min: Mapping[str, float], load: float) -> dict[str, float]:

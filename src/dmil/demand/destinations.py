@@ -1,7 +1,9 @@
-"""Where vehicles go, and which of equally short ways they take."""
+"""How many vehicles come from where, where they go, which of equally short ways they take."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 from weakref import WeakKeyDictionary
@@ -9,7 +11,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from dmil.demand.routes import UNREACHABLE, route_table, router
-from dmil.demand.vehicles import IntArray, LongArray, Vehicles, gather
+from dmil.demand.vehicles import FloatArray, IntArray, LongArray, Vehicles, gather
+from dmil.errors import DemandError, unknown_name
 from dmil.network import RoadNetwork
 
 Ties = Literal["straight", "coin"]
@@ -73,20 +76,8 @@ def draw_destinations(
     """Draw destinations and coins, and give every vehicle its route (paper, §VI).
 
     A destination is uniform over the other fringe nodes that can be reached; it is the same for
-    both kinds of ties.
-
-    Parameters
-    ----------
-    network
-        The roads.
-    second
-        (vehicles,) departures in seconds, non-decreasing.
-    origin
-        (vehicles,) indices into ``network.fringe``.
-    rng
-        Stream of random numbers.
-    ties
-        What decides between equally short ways.
+    both kinds of ties. ``second`` and ``origin`` are (vehicles,): departures in seconds,
+    non-decreasing, and indices into ``network.fringe``.
     """
     if ties == "coin":
         graph = route_graph(network)
@@ -128,8 +119,7 @@ def _walk(
         length[driving] += 1
         on = least != graph.cost[link]
         driving, choices = driving[on], graph.following[link[on]]
-    offset = np.zeros(count + 1, dtype=np.int64)
-    np.cumsum(length, out=offset[1:])
+    offset = np.append(0, np.cumsum(length))
     links = np.empty(offset[-1], dtype=np.int32)
     for step, (vehicle, link) in enumerate(steps):
         links[offset[vehicle] + step] = link
@@ -144,10 +134,8 @@ def _build_graph(network: RoadNetwork) -> RouteGraph:
     entries = _padded([ways.entries[name] for name in network.fringe])
     reached = (remaining[:, entries] != UNREACHABLE).any(axis=2).T
     np.fill_diagonal(reached, False)
-    offset = np.zeros(len(network.fringe) + 1, dtype=np.int64)
-    np.cumsum(reached.sum(axis=1), out=offset[1:])
     return RouteGraph(
-        pair_offset=offset,
+        pair_offset=np.append(0, np.cumsum(reached.sum(axis=1))),
         destination=np.nonzero(reached)[1],
         cost=np.array(ways.cost, dtype=np.int64),
         remaining=remaining,
@@ -161,3 +149,78 @@ def _padded(rows: list[list[int]]) -> IntArray:
     for row, values in enumerate(rows):
         table[row, : len(values)] = values
     return table
+
+
+PAPER_RATE_VEH_PER_MIN: Mapping[str, float] = {"E": 5.0, "N": 5.0, "W": 10.0, "S": 7.0}
+"""Vehicles per minute and fringe node, by side of the network (paper, §VI)."""
+
+
+def check_rates(rate_veh_per_min: Mapping[str, float]) -> None:
+    """Check that rates, in vehicles per minute by fringe node or side, are usable on some network.
+
+    Raises
+    ------
+    DemandError
+        If there is none, or one is negative or not finite.
+    """
+    if not rate_veh_per_min:
+        raise DemandError(
+            "there are no rates",
+            where="rate_veh_per_min",
+            expected="vehicles per minute by fringe node or side",
+            mend="write for example {'E': 5, 'W': 10}",
+        )
+    for place, rate in rate_veh_per_min.items():
+        if not (math.isfinite(rate) and rate >= 0):
+            raise DemandError(
+                f"the rate is {rate} vehicles per minute",
+                where=f"rate_veh_per_min['{place}']",
+                expected="a number of 0 or more",
+            )
+
+
+def rates_at_fringe(network: RoadNetwork, rate_veh_per_min: Mapping[str, float]) -> FloatArray:
+    """Return the rate of every node of ``network.fringe`` in vehicles per minute: (nodes,) float64.
+
+    Rates are given by fringe node or side letter of a grid; who is not named sends nobody.
+
+    Raises
+    ------
+    DemandError
+        If the network has fewer than two fringe nodes, or vehicles would start where they can
+        reach no other fringe node.
+    UnknownNameError
+        If a key is neither a fringe node nor a side.
+    """
+    fringe = network.fringe
+    if len(fringe) < 2:
+        raise DemandError(
+            f"the network has {len(fringe)} fringe nodes",
+            where=network.name,
+            expected="at least two, to come from and to go to",
+        )
+    sides = [node[0] if node[:1] in "ENWS" and node[1:].isdecimal() else "" for node in fringe]
+    unknown = rate_veh_per_min.keys() - set(fringe) - set(sides)
+    if unknown:
+        raise unknown_name(
+            "fringe node or side",
+            min(unknown),
+            {*fringe, *sides} - {""},
+            where=f"rate_veh_per_min on {network.name}",
+        )
+    rates = np.array(
+        [
+            rate_veh_per_min.get(node, rate_veh_per_min.get(side, 0.0))
+            for node, side in zip(fringe, sides, strict=True)
+        ],
+        dtype=np.float64,
+    )
+    stuck = (rates > 0) & (np.diff(route_graph(network).pair_offset) == 0)
+    if stuck.any():
+        node = fringe[int(np.argmax(stuck))]
+        raise DemandError(
+            f"vehicles starting at '{node}' can reach no other fringe node",
+            where=f"rate_veh_per_min on {network.name}",
+            mend=f"set the rate of '{node}' to 0, or add the missing movements to the network",
+        )
+    return rates

@@ -1,4 +1,4 @@
-"""Vehicles of a file: departures and routes as recorded."""
+"""Vehicles of a file: departures and routes as recorded, or other days like the recorded one."""
 
 from __future__ import annotations
 
@@ -9,7 +9,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from dmil.demand.vehicles import FloatArray, Vehicles, check_horizon, check_load
+from dmil.demand.vehicles import (
+    FloatArray,
+    IntArray,
+    ScalableDemand,
+    Vehicles,
+    check_horizon,
+    check_load,
+)
 from dmil.errors import DemandError
 from dmil.network import RoadNetwork
 from dmil.network.permissions import Classes
@@ -124,20 +131,11 @@ class FileDemand:
 def link_indices(network: RoadNetwork, route: Sequence[str], *, where: str) -> list[int]:
     """Return the indices of a route's links after checking that vehicles can drive it.
 
-    Parameters
-    ----------
-    network
-        The roads.
-    route
-        Link ids in order.
-    where
-        Place that an error names.
-
     Raises
     ------
     DemandError
-        If the route is empty, has an unknown link, or two of its links are not joined by a
-        movement.
+        Naming the place ``where``, if the route is empty, has an unknown link, or two of its links
+        are not joined by a movement.
     """
     indices = known_links(network, route, where=where)
     gap = first_gap(network, indices)
@@ -152,11 +150,6 @@ def link_indices(network: RoadNetwork, route: Sequence[str], *, where: str) -> l
 
 def known_links(network: RoadNetwork, route: Sequence[str], *, where: str) -> list[int]:
     """Return the indices of a route's links; whether they follow each other is not checked (ours).
-
-    Parameters
-    ----------
-    network, route, where
-        See `link_indices`.
 
     Raises
     ------
@@ -181,16 +174,7 @@ def first_gap(
 ) -> int | None:
     """Return after which link of a route vehicles may not go to the next, None if they may.
 
-    A link at which they may not begin counts as well.
-
-    Parameters
-    ----------
-    network
-        The roads.
-    route
-        Link indices in order.
-    classes
-        What the vehicles are; without any, movements alone decide.
+    A link at which they may not begin counts as well. Without classes movements alone decide.
     """
     allowed = network.permissions
     if allowed and route and not allowed.open_to(network.links[route[0]].id, classes):
@@ -203,18 +187,14 @@ def first_gap(
 
 
 def in_order(
-    depart_s: FloatArray, routes: Sequence[Sequence[int]], kind: Sequence[int] | None = None
+    depart_s: FloatArray | IntArray,
+    routes: Sequence[Sequence[int] | IntArray],
+    kind: Sequence[int] | IntArray | None = None,
 ) -> Vehicles:
     """Sort vehicles by departure; those of one second stay in the order of the record.
 
-    Parameters
-    ----------
-    depart_s
-        (vehicles,) whole seconds.
-    routes
-        Link indices of every vehicle.
-    kind
-        Row of every vehicle in the demand's table, see `Vehicles`.
+    ``depart_s`` is (vehicles,) in whole seconds; ``kind`` has their rows in the demand's table,
+    see `Vehicles`.
     """
     order = np.argsort(depart_s, kind="stable")
     offset = np.zeros(len(routes) + 1, dtype=np.int32)
@@ -222,3 +202,58 @@ def in_order(
     links = np.array([link for route in routes for link in route], dtype=np.int32)
     kinds = None if kind is None else np.array(kind, dtype=np.int32)
     return Vehicles(depart_s.astype(np.int32), offset, links, kind=kinds).take(order)
+
+
+SHIFT_S = 60
+
+
+@dataclass(frozen=True, eq=False)
+class ResampledDemand:
+    """Days as a recorded one might have been, another for every seed (ours).
+
+    As many vehicles as recorded are drawn from the record with replacement, and each departs up to
+    some time sooner or later, uniformly: routes and rates over the hour stay, who comes when does
+    not. One recorded day alone says nothing of how sure a difference between controllers is.
+
+    Parameters
+    ----------
+    base
+        The recorded demand.
+    shift_s
+        Most seconds that a departure moves; it stays within the run.
+
+    Raises
+    ------
+    DemandError
+        If the shift is negative.
+    """
+
+    base: ScalableDemand
+    shift_s: int = SHIFT_S
+
+    def __post_init__(self) -> None:
+        if self.shift_s < 0:
+            raise DemandError(
+                f"departures move by {self.shift_s} s",
+                where="shift_s",
+                expected="a whole number of 0 or more",
+            )
+
+    def vehicles(self, network: RoadNetwork, horizon_s: int, rng: np.random.Generator) -> Vehicles:
+        """Draw the vehicles of a day; see `Demand`."""
+        recorded = self.base.vehicles(network, horizon_s, rng)
+        count = len(recorded)
+        if not count:
+            return recorded
+        day = recorded.take(rng.integers(0, count, count), dropped=recorded.dropped)
+        moved_s = day.depart_s + rng.integers(-self.shift_s, self.shift_s + 1, count)
+        depart_s = np.clip(moved_s, 0, horizon_s - 1).astype(np.int32)
+        order = np.argsort(depart_s, kind="stable")
+        return replace(
+            day.take(order, dropped=recorded.dropped),
+            depart_s=np.ascontiguousarray(depart_s[order]),
+        )
+
+    def scaled(self, load: float) -> ResampledDemand:
+        """Return the demand over the scaled record."""
+        return replace(self, base=self.base.scaled(load))

@@ -73,10 +73,7 @@ class Router:
     def between_links(self, starts: list[int], ends: list[int]) -> list[Way]:
         """Return the shortest routes from any start link to any end link, both included.
 
-        Returns
-        -------
-        list of (link indices, probability)
-            Empty if there is no way. The probabilities are those of a fair coin at every tie.
+        There is none if there is no way. The probabilities are those of a fair coin at every tie.
         """
         remaining = self.remaining_cost(tuple(ends))
         reachable = [link for link in starts if remaining[link] != UNREACHABLE]
@@ -101,15 +98,7 @@ class Router:
     def first_between(self, starts: Sequence[int], ends: Sequence[int]) -> tuple[int, ...]:
         """Return one shortest route: the first start, and at every tie the first continuation.
 
-        Parameters
-        ----------
-        starts, ends
-            Link indices, one of each is the route's first and its last.
-
-        Returns
-        -------
-        tuple of int
-            Link indices, both ends included; empty if there is no way.
+        It begins with one of the starts and ends with one of the ends; empty if there is no way.
         """
         remaining = self.remaining_cost(tuple(ends))
         reachable = [link for link in starts if remaining[link] != UNREACHABLE]
@@ -128,17 +117,9 @@ class Router:
         return straight or [link for link, _ in shortest]
 
     def remaining_cost(self, ends: tuple[int, ...]) -> list[int]:
-        """Return every link's cost to the end, its own included (Dijkstra backwards).
+        """Return every link's cost to the nearest end, its own included (Dijkstra backwards).
 
-        Parameters
-        ----------
-        ends
-            Indices of the links that end a route.
-
-        Returns
-        -------
-        list of int
-            One per link, `UNREACHABLE` where no way leads to an end.
+        It is `UNREACHABLE` where no way leads to an end.
         """
         if ends in self._remaining:
             return self._remaining[ends]

@@ -68,23 +68,12 @@ class Vehicles:
 def gather(offset: npt.NDArray[np.integer], chosen: LongArray) -> tuple[IntArray, LongArray]:
     """Find the entries of chosen rows of a ragged array without a loop (ours).
 
-    Parameters
-    ----------
-    offset
-        (rows + 1,) where every row begins and ends.
-    chosen
-        (chosen,) row numbers.
-
-    Returns
-    -------
-    tuple
-        The offsets of the chosen rows put one after the other, (chosen + 1,) int32, and where
-        their entries stand in the ragged array.
+    ``offset`` is (rows + 1,): where every row begins and ends. Returns the offsets of the chosen
+    rows put one after the other, (chosen + 1,) int32, and where their entries stand in the array.
     """
     start = offset[chosen]
     length = offset[chosen + 1] - start
-    result = np.zeros(len(chosen) + 1, dtype=np.int64)
-    np.cumsum(length, out=result[1:])
+    result = np.append(0, np.cumsum(length))
     place = np.arange(result[-1]) + np.repeat(start - result[:-1], length)
     return result.astype(np.int32), place
 

@@ -2,9 +2,8 @@
 
 from dmil.doctor.case import Case, read_case
 from dmil.doctor.diagnosis import Diagnosis, NetworkFacts, examine
-from dmil.doctor.findings import Finding
+from dmil.doctor.findings import SEVERITIES, Finding
 from dmil.doctor.intersections import IntersectionFacts
-from dmil.doctor.kind import SEVERITIES
 from dmil.doctor.kinds import KINDS, kinds_markdown
 from dmil.doctor.load import Load
 from dmil.doctor.traffic import Traffic

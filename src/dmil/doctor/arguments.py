@@ -9,8 +9,7 @@ from pathlib import Path
 from dmil.errors import InputError
 from dmil.network.xml_file import XmlWalk
 from dmil.scenarios.cityflow import find_cityflow_files
-from dmil.scenarios.names import kind_of, plain
-from dmil.scenarios.resco import PREFIX, find_resco_configuration
+from dmil.scenarios.names import PREFIX, find_resco_configuration, kind_of, plain
 from dmil.scenarios.sumo_configuration import ROOTS
 
 EXPECTED = (
@@ -60,12 +59,7 @@ class SumoFilesGiven:
 
 
 def sort_arguments(arguments: Sequence[str]) -> Given | SumoFilesGiven:
-    """Find out what the arguments are (ours).
-
-    Parameters
-    ----------
-    arguments
-        See `dmil.doctor.read_case`.
+    """Find out what the arguments of `dmil.doctor.read_case` are (ours).
 
     Raises
     ------
@@ -171,11 +165,6 @@ class _Met(Exception):  # noqa: N818  nothing is wrong: it ends the walk at the 
 
 def root_of(path: Path) -> tuple[str, Mapping[str, str]]:
     """Return name and attributes of an XML file's root element, which says what it is (ours).
-
-    Parameters
-    ----------
-    path
-        The file, gzipped or not.
 
     Raises
     ------

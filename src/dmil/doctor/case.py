@@ -12,8 +12,9 @@ from dmil.demand.sumo.acting import kind_of_option
 from dmil.demand.sumo.flows import EndlessError
 from dmil.demand.sumo.reader import has_vehicles
 from dmil.demand.sumo.routing import sumo_is_installed
-from dmil.doctor.arguments import Given, SumoFilesGiven, sort_arguments
-from dmil.doctor.findings import Finding, finding
+from dmil.doctor.arguments import SumoFilesGiven, sort_arguments
+from dmil.doctor.findings import Finding
+from dmil.doctor.kinds import finding
 from dmil.errors import DemandError, InputError
 from dmil.network import (
     Remark,
@@ -24,8 +25,8 @@ from dmil.network import (
     read_sumo_network,
 )
 from dmil.network.sumo.net_file import read_net_file
-from dmil.network.sumo.net_records import NetFile
 from dmil.network.sumo.reader import Phases
+from dmil.network.sumo.records import NetFile
 from dmil.scenarios import (
     PLAN,
     QueueDynamics,
@@ -38,9 +39,8 @@ from dmil.scenarios import (
     sumo_scenario,
 )
 from dmil.scenarios.cityflow import DECISION_INTERVAL_S as CITYFLOW_INTERVAL_S
-from dmil.scenarios.model import SATURATION_FLOW_VEH_PER_S
+from dmil.scenarios.model import FROM_FILES, Routing
 from dmil.scenarios.sumo import DECISION_INTERVAL_S
-from dmil.scenarios.sumo_files import Routing
 
 NO_DEMAND_HORIZON_S = 3600
 
@@ -160,17 +160,9 @@ def read_case(
         made = scenario(
             given.name, horizon_s=horizon_s, begin_s=begin_s, phases=phases, routing=routing
         )
-    return _case_of(made, _files_of(given))
-
-
-def _files_of(given: Given) -> tuple[Path, ...]:
-    return tuple(path for path in (given.network, given.flow) if path)
-
-
-def _case_of(made: Scenario, files: tuple[Path, ...]) -> Case:
     return Case(
         name=made.name,
-        files=files,
+        files=tuple(path for path in (given.network, given.flow) if path),
         network=made.network,
         demand=made.demand,
         timing=made.timing,
@@ -188,7 +180,7 @@ def _roadnet_case(path: Path) -> Case:
         network=network,
         demand=None,
         timing=SignalTiming(decision_interval_s=CITYFLOW_INTERVAL_S, **PLAN),
-        dynamics=QueueDynamics(saturation_flow_veh_per_s=SATURATION_FLOW_VEH_PER_S, storage=True),
+        dynamics=QueueDynamics(**FROM_FILES),
         begin_s=0,
         horizon_s=NO_DEMAND_HORIZON_S,
     )
@@ -211,7 +203,7 @@ def _sumo_case(
         network=roads.network,
         demand=None,
         timing=SignalTiming(decision_interval_s=DECISION_INTERVAL_S, **PLAN),
-        dynamics=QueueDynamics(saturation_flow_veh_per_s=SATURATION_FLOW_VEH_PER_S, storage=True),
+        dynamics=QueueDynamics(**FROM_FILES),
         begin_s=start_s,
         horizon_s=horizon_s or NO_DEMAND_HORIZON_S,
         sumo=_facts(roads, file),

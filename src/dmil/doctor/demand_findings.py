@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from dmil.demand import CityflowDemand, SumoDemand
 from dmil.demand.sumo.remarks import TEXTS
 from dmil.doctor.case import Case
-from dmil.doctor.findings import Finding, finding
+from dmil.doctor.findings import Finding, Severity
 from dmil.doctor.intersections import IntersectionFacts
-from dmil.doctor.kind import Severity
+from dmil.doctor.kinds import finding
 from dmil.doctor.traffic import Traffic
 
 LATE_START_S = 600
@@ -23,17 +23,7 @@ FULL, SOME = 1.0, 0.5
 def on_demand(
     case: Case, traffic: Traffic | None, intersections: tuple[IntersectionFacts, ...]
 ) -> Iterator[Finding]:
-    """Look for what is wrong or suspicious about the vehicles (ours).
-
-    Parameters
-    ----------
-    case
-        What is examined.
-    traffic
-        Its vehicles.
-    intersections
-        What was understood of the intersections.
-    """
+    """Look for what is wrong or suspicious about the vehicles (ours)."""
     yield from case.found
     if isinstance(case.demand, SumoDemand | CityflowDemand):
         yield from _on_remarks(case.demand, traffic)

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 from dmil.doctor.case import Case
 from dmil.doctor.demand_findings import on_demand
-from dmil.doctor.findings import Finding
+from dmil.doctor.findings import SEVERITIES, Finding
 from dmil.doctor.intersections import IntersectionFacts, intersections_of
-from dmil.doctor.kind import SEVERITIES
 from dmil.doctor.kinds import KINDS
 from dmil.doctor.road_findings import on_roads
 from dmil.doctor.traffic import Traffic, traffic_of

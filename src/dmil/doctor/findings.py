@@ -1,11 +1,32 @@
-"""One thing that was found."""
+"""One thing that was found, and what is said of every sort of them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
-from dmil.doctor.kind import Severity
-from dmil.doctor.kinds import KINDS
+Severity = Literal["error", "warning", "note"]
+SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A sort of finding (ours).
+
+    Parameters
+    ----------
+    severity
+        How bad it usually is: an error makes results wrong, a warning makes them doubtful, a note
+        is good to know.
+    meaning
+        What it says about the files, whole sentences.
+    mend
+        What to do about it, whole sentences.
+    """
+
+    severity: Severity
+    meaning: str
+    mend: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,7 +36,7 @@ class Finding:
     Parameters
     ----------
     kind
-        One of the keys of `KINDS`.
+        One of the keys of `dmil.doctor.kinds.KINDS`.
     severity
         How bad it is here.
     place
@@ -31,17 +52,3 @@ class Finding:
     place: str
     what: str
     mend: str
-
-
-def finding(
-    kind: str, place: str, what: str, *, mend: str = "", severity: Severity | None = None
-) -> Finding:
-    """Make a finding; what is not given is that of its kind (ours).
-
-    Parameters
-    ----------
-    kind, place, what, mend, severity
-        See `Finding`.
-    """
-    usual = KINDS[kind]
-    return Finding(kind, severity or usual.severity, place, what, mend or usual.mend)

@@ -112,15 +112,7 @@ class IntersectionFacts:
 
 
 def intersections_of(case: Case, traffic: Traffic | None) -> tuple[IntersectionFacts, ...]:
-    """Describe every intersection, in the network's order (ours).
-
-    Parameters
-    ----------
-    case
-        What is examined.
-    traffic
-        Its vehicles.
-    """
+    """Describe every intersection, in the network's order (ours)."""
     agents, geometry = agents_of(case.network), RoadGeometry(case.network)
     return tuple(
         _facts(case, i, _side_names(item, geometry), agents, traffic)
@@ -187,15 +179,7 @@ def _facts(
 
 
 def phase_names(item: Intersection, sides: Mapping[int, str]) -> tuple[str, ...]:
-    """Return a name for every phase, the network's own ones if it has them (ours).
-
-    Parameters
-    ----------
-    item
-        The intersection.
-    sides
-        Name of every approach.
-    """
+    """Return a name for every phase, the network's own ones if it has them (ours)."""
     return item.phase_names or tuple(
         phase_name(phase, item.movements, _listed(sides)) for phase in item.phases
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dmil.demand.sumo.acting import ACTING
-from dmil.doctor.kind import Kind
+from dmil.doctor.findings import Finding, Kind, Severity
 from dmil.doctor.signal_kinds import SIGNAL_KINDS
 
 ROAD_KINDS = {
@@ -196,6 +196,14 @@ ACTING_KINDS = {
 
 KINDS: dict[str, Kind] = {**SIGNAL_KINDS, **ROAD_KINDS, **DEMAND_KINDS, **ACTING_KINDS}
 """Every kind of finding by its name."""
+
+
+def finding(
+    kind: str, place: str, what: str, *, mend: str = "", severity: Severity | None = None
+) -> Finding:
+    """Make a finding; what is not given is that of its kind (ours)."""
+    usual = KINDS[kind]
+    return Finding(kind, severity or usual.severity, place, what, mend or usual.mend)
 
 
 def kinds_markdown() -> str:

@@ -143,20 +143,10 @@ def _serve(
     cost: Sequence[float],
     most: Sequence[float | None],
 ) -> FloatArray:
-    """Find times of least cost in which every stream is served.
+    """Find times of least cost in which every stream is served, as long as ``cost`` and ``most``.
 
-    Parameters
-    ----------
-    item
-        The intersection.
-    greens
-        Movements that may go in every stage.
-    flows
-        Every stream and its flow, divided by a lane's saturation flow.
-    time, factor
-        A stage lasts for ``factor`` times this entry of the result.
-    cost, most
-        Of every entry of the result.
+    A stage of ``greens`` lasts for ``factor`` times that entry of the result which ``time`` names.
+    Flows are divided by a lane's saturation flow.
     """
     # A part is what one lane serves of a stream in a stage.
     parts = [

@@ -6,22 +6,17 @@ from collections.abc import Iterable, Iterator
 
 from dmil.controllers.rules.shared_lanes import rivals_of_lanes
 from dmil.doctor.case import Case, SumoFacts
-from dmil.doctor.findings import Finding, finding
-from dmil.doctor.kind import Severity
+from dmil.doctor.findings import Finding, Severity
+from dmil.doctor.kinds import finding
 from dmil.network import Intersection, Remark, RoadNetwork
-from dmil.scenarios.fairness import advantages
+from dmil.network.sumo.ways import reached
+from dmil.scenarios.timing import advantages
 
 LONGEST_CYCLE_S = 180.0
 
 
 def on_roads(case: Case) -> Iterator[Finding]:
-    """Look for what is wrong or suspicious about the network (ours).
-
-    Parameters
-    ----------
-    case
-        What is examined.
-    """
+    """Look for what is wrong or suspicious about the network (ours)."""
     if case.sumo:
         yield from _on_remarks(case, case.sumo)
         if case.network.left_hand:
@@ -154,18 +149,8 @@ def _on_reach(network: RoadNetwork) -> Iterator[Finding]:
         (network.entry_links, forward, "not reachable from any entry"),
         (network.exit_links, backward, "no exit is reachable from it"),
     ):
-        reached = _reached(ends, ways)
+        connected = {*ends, *reached(ends, ways)}
         if ends:
             for index, link in enumerate(network.links):
-                if index not in reached:
+                if index not in connected:
                     yield finding("unreachable-link", f"link {link.id}", what)
-
-
-def _reached(begin: Iterable[int], ways: list[list[int]]) -> set[int]:
-    found = set(begin)
-    left = list(found)
-    while left:
-        new = set(ways[left.pop()]) - found
-        found |= new
-        left += new
-    return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dmil.doctor.kind import Kind
+from dmil.doctor.findings import Kind
 
 SIGNAL_KINDS = {
     "conflicting-greens": Kind(

@@ -78,13 +78,7 @@ class Traffic:
 
 
 def traffic_of(case: Case) -> Traffic | None:
-    """Look at the vehicles of seed 0; None if there are none (ours).
-
-    Parameters
-    ----------
-    case
-        What is examined.
-    """
+    """Look at the vehicles of seed 0; None if there are none (ours)."""
     vehicles = None if case.demand is None else _vehicles(case, case.demand, 0)
     if case.demand is None or vehicles is None or not len(vehicles):
         return None

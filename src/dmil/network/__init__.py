@@ -13,9 +13,9 @@ from dmil.network.model import (
     Turn,
     Walk,
 )
+from dmil.network.naming import exit_sides, shape_signature
 from dmil.network.plan_times import PlanTimes, plan_times
 from dmil.network.program import Program, Stage
-from dmil.network.shapes import exit_sides, shape_signature
 from dmil.network.sumo import Remark, SumoNetwork, SumoSignals, read_sumo_network
 
 __all__ = [

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable
+from functools import partial
 
 from dmil.errors import NetworkError
 from dmil.network.model import TURNS, Intersection, Link, Movement, RoadNetwork
@@ -70,36 +71,28 @@ def _unique(names: Iterable[str], kind: str, where: str) -> None:
 
 
 def _check_link(link: Link, known: set[str], where: str) -> None:
+    wrong = partial(NetworkError, where=where)
     for end, node in (("starts", link.start), ("ends", link.end)):
         if node not in known:
-            raise NetworkError(
+            raise wrong(
                 f"it {end} at '{node}', which is neither an intersection nor a fringe node",
-                where=where,
                 mend="add that node, or correct the link",
             )
     if not (math.isfinite(link.length_m) and link.length_m >= 0):
-        raise NetworkError(
-            f"its length is {link.length_m} m", where=where, expected="a number of 0 m or more"
-        )
+        raise wrong(f"its length is {link.length_m} m", expected="a number of 0 m or more")
     if not (math.isfinite(link.speed_m_per_s) and link.speed_m_per_s > 0):
-        raise NetworkError(
-            f"its speed is {link.speed_m_per_s} m/s", where=where, expected="a number above 0 m/s"
-        )
+        raise wrong(f"its speed is {link.speed_m_per_s} m/s", expected="a number above 0 m/s")
     if not link.length_m / link.speed_m_per_s <= LONGEST_S:
-        raise NetworkError(
+        raise wrong(
             f"to drive along it takes {link.length_m / link.speed_m_per_s:.3g} s "
             f"({link.length_m:g} m at {link.speed_m_per_s:g} m/s)",
-            where=where,
             expected=f"at most {LONGEST_S:,} s",
         )
     if not (isinstance(link.lanes, int) and link.lanes >= 1):
-        raise NetworkError(
-            f"it has {link.lanes} lanes", where=where, expected="a whole number, at least 1"
-        )
+        raise wrong(f"it has {link.lanes} lanes", expected="a whole number, at least 1")
     if not link.closed < frozenset(range(link.lanes)):
-        raise NetworkError(
+        raise wrong(
             f"of its {link.lanes} lanes {sorted(link.closed)} are closed",
-            where=where,
             expected=f"lanes from 0 to {link.lanes - 1}, at least one of them open",
         )
 
@@ -107,87 +100,73 @@ def _check_link(link: Link, known: set[str], where: str) -> None:
 def _check_movements(
     node: str, movements: tuple[Movement, ...], links: dict[str, Link], where: str
 ) -> None:
+    wrong = partial(NetworkError, where=where)
     if not movements:
-        raise NetworkError(
+        raise wrong(
             "it has no movements",
-            where=where,
             expected="at least one way from a link to a link",
             mend="make it a fringe node if vehicles only begin or end there",
         )
     for index, movement in enumerate(movements):
         _check_movement(movement, node, links, f"{where}, movement {index}")
     _unique(
-        (f"{movement.from_link} to {movement.to_link}" for movement in movements),
-        "movement",
-        where,
+        (f"{movement.from_link} to {movement.to_link}" for movement in movements), "movement", where
     )
     approach: dict[str, int] = {}
     for movement in movements:
         if approach.setdefault(movement.from_link, movement.approach) != movement.approach:
-            raise NetworkError(
+            raise wrong(
                 f"movements from link {movement.from_link} name the approaches "
                 f"{approach[movement.from_link]} and {movement.approach}",
-                where=where,
                 expected="one approach for every link",
             )
 
 
 def _check_movement(movement: Movement, node: str, links: dict[str, Link], where: str) -> None:
+    wrong = partial(NetworkError, where=where)
     for name in (movement.from_link, movement.to_link):
         if name not in links:
-            raise NetworkError(
-                f"there is no link '{name}'", where=where, mend="add the link, or correct the name"
-            )
-    if links[movement.from_link].end != node:
-        raise NetworkError(
-            f"it comes from link {movement.from_link}, which ends at "
-            f"'{links[movement.from_link].end}'",
-            where=where,
+            raise wrong(f"there is no link '{name}'", mend="add the link, or correct the name")
+    before, after = links[movement.from_link], links[movement.to_link]
+    if before.end != node:
+        raise wrong(
+            f"it comes from link {before.id}, which ends at '{before.end}'",
             expected="a link that ends at this intersection",
         )
-    if links[movement.to_link].start != node:
-        raise NetworkError(
-            f"it goes to link {movement.to_link}, which starts at "
-            f"'{links[movement.to_link].start}'",
-            where=where,
+    if after.start != node:
+        raise wrong(
+            f"it goes to link {after.id}, which starts at '{after.start}'",
             expected="a link that starts at this intersection",
         )
     if movement.turn not in TURNS:
-        raise NetworkError(
-            f"its turn is {movement.turn!r}", where=where, expected=f"one of {', '.join(TURNS)}"
-        )
+        raise wrong(f"its turn is {movement.turn!r}", expected=f"one of {', '.join(TURNS)}")
     if movement.approach < 0:
-        raise NetworkError(
-            f"its approach is {movement.approach}", where=where, expected="0 or more"
-        )
-    known = range(links[movement.from_link].lanes)
+        raise wrong(f"its approach is {movement.approach}", expected="0 or more")
+    known = range(before.lanes)
     if not movement.lanes or len(set(movement.lanes)) < len(movement.lanes):
-        raise NetworkError(
+        raise wrong(
             f"its lanes are {list(movement.lanes)}",
-            where=where,
             expected=f"at least one lane of link {movement.from_link}, each once",
             mend="name the lanes that serve it, or remove it",
         )
     if not set(movement.lanes) <= set(known):
-        raise NetworkError(
+        raise wrong(
             f"its lanes are {list(movement.lanes)}",
-            where=where,
             expected=f"lanes from 0 to {len(known) - 1} of link {movement.from_link}",
         )
 
 
 def _check_phases(node: Intersection, where: str) -> None:
+    wrong = partial(NetworkError, where=where)
     if not node.phases:
-        raise NetworkError(
+        raise wrong(
             "it has no phases",
-            where=where,
             mend="add one; a junction without signals has a single phase of all its movements",
         )
     movements = frozenset(range(len(node.movements)))
     if node.unsignalled - movements:
-        raise NetworkError(
+        raise wrong(
             f"movement {min(node.unsignalled - movements)} is unsignalled but does not exist",
-            where=where,
             expected=f"0 to {len(movements) - 1}",
         )
     for index, phase in enumerate(node.phases):
@@ -219,64 +198,54 @@ def _check_phases(node: Intersection, where: str) -> None:
     never = movements - node.unsignalled - frozenset().union(*node.phases)
     if never:
         movement = node.movements[min(never)]
-        raise NetworkError(
+        raise wrong(
             f"movement {min(never)} ({movement.from_link} to {movement.to_link}) is served by no "
             "phase, so its vehicles would wait forever",
-            where=where,
             mend="add it to a phase, make it unsignalled, or remove it",
         )
 
 
 def _check_plan(node: Intersection, where: str) -> None:
+    wrong = partial(NetworkError, where=where)
     movements = range(len(node.movements))
     for index, stage in enumerate(node.program.stages if node.program else ()):
         if not stage.green <= set(movements):
-            raise NetworkError(
+            raise wrong(
                 f"its stage {index} serves movement {max(stage.green - set(movements))}",
-                where=where,
                 expected=f"0 to {len(movements) - 1}",
             )
         if not (math.isfinite(stage.duration_s) and stage.duration_s > 0):
-            raise NetworkError(
-                f"its stage {index} lasts {stage.duration_s} s",
-                where=where,
-                expected="a number above 0 s",
+            raise wrong(
+                f"its stage {index} lasts {stage.duration_s} s", expected="a number above 0 s"
             )
     if node.program and not node.program.stages:
-        raise NetworkError("its program has no stages", where=where, mend="remove the program")
+        raise wrong("its program has no stages", mend="remove the program")
     if len(node.phase_names) not in (0, len(node.phases)):
-        raise NetworkError(
-            f"it has {len(node.phase_names)} names for {len(node.phases)} phases", where=where
-        )
+        raise wrong(f"it has {len(node.phase_names)} names for {len(node.phases)} phases")
     if not (math.isfinite(node.clearance_s) and node.clearance_s >= 0):
-        raise NetworkError(
-            f"its clearance is {node.clearance_s} s", where=where, expected="0 s or more"
-        )
+        raise wrong(f"its clearance is {node.clearance_s} s", expected="0 s or more")
 
 
 def _check_priority(node: Intersection, where: str) -> None:
+    wrong = partial(NetworkError, where=where)
     count = len(node.movements)
     if len(node.gives_way) not in (0, count):
-        raise NetworkError(
+        raise wrong(
             f"it says for {len(node.gives_way)} movements that they yield to",
-            where=where,
             expected=f"nothing, or an entry for each of the {count} movements",
         )
     named = {foe for foes in node.gives_way for foe in foes}
     named |= {foe for pair in node.conflicts for foe in pair}
     if not named <= set(range(count)):
-        raise NetworkError(
-            f"priority or conflict with movement {max(named)}",
-            where=where,
-            expected=f"0 to {count - 1}",
+        raise wrong(
+            f"priority or conflict with movement {max(named)}", expected=f"0 to {count - 1}"
         )
     waiting = {j: set(foes) for j, foes in enumerate(node.gives_way) if foes}
     while free := [j for j, foes in waiting.items() if not foes & waiting.keys()]:
         for j in free:
             del waiting[j]
     if waiting:
-        raise NetworkError(
+        raise wrong(
             f"movements {', '.join(map(str, sorted(waiting)))} yield to each other in a circle",
-            where=where,
             mend="break the circle: all of them would wait forever",
         )

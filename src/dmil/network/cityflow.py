@@ -11,18 +11,17 @@ from pydantic import TypeAdapter
 
 from dmil.errors import NetworkError
 from dmil.network.checks import check_network
-from dmil.network.cityflow_geometry import road_length_m, way_segments
-from dmil.network.cityflow_phases import Served, give_way, sort_phases
-from dmil.network.cityflow_shape import RoadLink, RoadnetFile, RoadnetIntersection, RoadnetRoad
-from dmil.network.json_file import read_json
-from dmil.network.model import (
-    TURNS,
-    Intersection,
-    Link,
-    Movement,
-    RoadNetwork,
-    Turn,
+from dmil.network.cityflow_geometry import (
+    RoadLink,
+    RoadnetFile,
+    RoadnetIntersection,
+    RoadnetRoad,
+    road_length_m,
+    way_segments,
 )
+from dmil.network.cityflow_phases import Served, give_way, sort_phases
+from dmil.network.json_file import read_json
+from dmil.network.model import TURNS, Intersection, Link, Movement, RoadNetwork, Turn
 from dmil.network.naming import approach_names, order_counter_clockwise, phase_name
 
 _FILE = TypeAdapter(RoadnetFile)

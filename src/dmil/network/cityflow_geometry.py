@@ -1,8 +1,8 @@
-"""Where CityFlow's lanes run, how long they are, and which ways across a junction cross.
+"""The shape of CityFlow's file, where its lanes run, and which ways across a junction cross.
 
-As in CityFlow's own engine (``Road::initLanesPoints``, ``RoadNet::loadFromJson`` and
-``Intersection::initCrosses`` in its ``src/roadnet/roadnet.cpp``). Points are complex numbers: x to
-the East, y to the North, in metres.
+The geometry is that of CityFlow's own engine (``Road::initLanesPoints``, ``RoadNet::loadFromJson``
+and ``Intersection::initCrosses`` in its ``src/roadnet/roadnet.cpp``). Its points are complex
+numbers: x to the East, y to the North, in metres.
 """
 
 from __future__ import annotations
@@ -10,11 +10,96 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, NonNegativeInt
 
-from dmil.network.cityflow_shape import LaneLink, RoadLink, RoadnetIntersection, RoadnetRoad
+Text = Annotated[str, Field(min_length=1)]
+
+
+class _Shape(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+
+class Point(_Shape):
+    """A position in metres."""
+
+    x: FiniteFloat
+    y: FiniteFloat
+
+
+class Lane(_Shape):
+    """One lane of a road."""
+
+    max_speed: Annotated[FiniteFloat, Field(gt=0, alias="maxSpeed")]
+    width: Annotated[FiniteFloat, Field(ge=0)] = 4.0
+
+
+class RoadnetRoad(_Shape):
+    """A road in one direction."""
+
+    id: Text
+    points: Annotated[tuple[Point, ...], Field(min_length=2)]
+    lanes: Annotated[tuple[Lane, ...], Field(min_length=1)]
+    start: Annotated[Text, Field(alias="startIntersection")]
+    end: Annotated[Text, Field(alias="endIntersection")]
+
+
+class LaneLink(_Shape):
+    """The way from a lane to a lane."""
+
+    start_lane: Annotated[NonNegativeInt, Field(alias="startLaneIndex")]
+    end_lane: Annotated[NonNegativeInt, Field(alias="endLaneIndex")] = 0
+    points: tuple[Point, ...] | None = None
+
+
+class RoadLink(_Shape):
+    """The way from a road to a road."""
+
+    type: Literal["go_straight", "turn_left", "turn_right", "turn_u"]
+    start_road: Annotated[Text, Field(alias="startRoad")]
+    end_road: Annotated[Text, Field(alias="endRoad")]
+    lane_links: Annotated[tuple[LaneLink, ...], Field(min_length=1, alias="laneLinks")]
+
+
+class LightPhase(_Shape):
+    """A phase: road links that may go together, and for how long."""
+
+    time: Annotated[FiniteFloat, Field(ge=0)]
+    available: Annotated[tuple[NonNegativeInt, ...], Field(alias="availableRoadLinks")]
+
+
+class TrafficLight(_Shape):
+    """The signals of an intersection."""
+
+    phases: Annotated[tuple[LightPhase, ...], Field(alias="lightphases")] = ()
+
+
+class RoadnetIntersection(_Shape):
+    """An intersection, or where it is virtual the end of the modelled roads."""
+
+    id: Text
+    point: Point
+    width: Annotated[FiniteFloat, Field(ge=0)] = 0.0
+    roads: tuple[Text, ...] | None = None
+    road_links: Annotated[tuple[RoadLink, ...], Field(alias="roadLinks")] = ()
+    light: Annotated[TrafficLight | None, Field(alias="trafficLight")] = None
+    virtual: bool = False
+
+    @property
+    def is_fringe(self) -> bool:
+        """Whether vehicles only begin and end here: CityFlow ignores a virtual one's links."""
+        return self.virtual or not self.road_links
+
+
+class RoadnetFile(_Shape):
+    """The whole file."""
+
+    intersections: tuple[RoadnetIntersection, ...]
+    roads: tuple[RoadnetRoad, ...]
+
 
 CURVE_STEPS = 10
 """Pieces of a way across a junction for which the file has no points."""
@@ -29,17 +114,8 @@ Segments = npt.NDArray[np.complex128]
 def road_length_m(road: RoadnetRoad, junctions: dict[str, RoadnetIntersection]) -> float:
     """Return the mean length of a road's lanes, without the junctions it joins (CityFlow).
 
-    Parameters
-    ----------
-    road
-        The road.
-    junctions
-        All junctions by id; one that is missing, or virtual, takes nothing of the road.
-
-    Returns
-    -------
-    float
-        Metres: what CityFlow's router adds up.
+    This is what CityFlow's router adds up. A junction that is missing, or virtual, takes nothing of
+    the road.
     """
     ends = (junctions.get(node) for node in (road.start, road.end))
     start_m, end_m = (0.0 if node is None or node.virtual else node.width for node in ends)
@@ -48,22 +124,7 @@ def road_length_m(road: RoadnetRoad, junctions: dict[str, RoadnetIntersection]) 
 
 
 def way_segments(link: RoadLink, roads: dict[str, RoadnetRoad], width_m: float) -> Segments:
-    """Return the pieces of the ways that a road link's lane links take.
-
-    Parameters
-    ----------
-    link
-        The road link.
-    roads
-        All roads by id.
-    width_m
-        Width of the junction.
-
-    Returns
-    -------
-    (2, pieces) complex128
-        Begin and end of every piece.
-    """
+    """Return begin and end of the pieces of a road link's ways: (2, pieces) complex128."""
     origin, destination = (_lanes(roads[name]) for name in (link.start_road, link.end_road))
     pieces = [
         piece

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from dmil.network.cityflow_geometry import Segments, cross
 from dmil.network.model import Movement, Turn
-from dmil.network.program import Program, Stage
+from dmil.network.program import Program, Stage, longest_clearance_s
 
 YELLOW_S = 6.0
 """Longest yellow; so long is none for which a movement first gets green (MUTCD 4F.17: 3 to 6 s)."""
@@ -48,12 +48,8 @@ def sort_phases(served: Sequence[Served]) -> Phases:
     Clearance is a phase in which nobody goes but those who always may, for at most `CLEARANCE_S`;
     and one of at most `YELLOW_S` between two longer ones in which only those go who have green
     before or after it: some of them still clear, or begin earlier. All others are actions, a long
-    phase for those alone who always may go among them: they have their signal then.
-
-    Parameters
-    ----------
-    served
-        The file's phases, at least one of which serves somebody.
+    phase for those alone who always may go among them: they have their signal then. At least one
+    phase has to serve somebody.
     """
     shown = {phase for phase, _ in served if phase}
     # With a single phase "in every phase" says nothing: it is an action, not a right of way.
@@ -78,7 +74,9 @@ def sort_phases(served: Sequence[Served]) -> Phases:
         actions,
         unsignalled,
         Program(timed) if any(each.green and not each.clearance for each in timed) else None,
-        _longest_s(timed) if len(actions) > 1 else 0.0,
+        longest_clearance_s([(each.duration_s, each.clearance) for each in timed])
+        if len(actions) > 1
+        else 0.0,
     )
 
 
@@ -96,16 +94,6 @@ def _is_transition(index: int, served: Sequence[Served]) -> bool:
     return phase <= before | after and phase not in (before, after)
 
 
-def _longest_s(stages: Sequence[Stage]) -> float:
-    """Return the longest time between two actions; clearance in several phases is added up."""
-    begin = next((k for k, stage in enumerate(stages) if not stage.clearance), 0)
-    longest = run = 0.0
-    for stage in (*stages[begin:], *stages[:begin]):
-        run = run + stage.duration_s if stage.clearance else 0.0
-        longest = max(longest, run)
-    return longest
-
-
 def give_way(
     movements: Sequence[Movement], ways: Sequence[Segments], served: Sequence[Served]
 ) -> tuple[tuple[int, ...], ...]:
@@ -116,19 +104,8 @@ def give_way(
     one kind go in the order in which they come. A right turn does not yield to those who leave by
     the same road (ours): in CityFlow it does so only for the lane that it takes there.
 
-    Parameters
-    ----------
-    movements
-        The movements of a junction.
-    ways
-        The pieces of their ways, see `dmil.network.cityflow_geometry.way_segments`.
-    served
-        The phases of the file.
-
-    Returns
-    -------
-    tuple of tuple
-        For every movement the others; empty where nobody yields.
+    The pieces of ways are those of `dmil.network.cityflow_geometry.way_segments`. The result has an
+    entry for every movement, and is empty where nobody yields.
     """
     together = {(i, j) for phase, _ in served for i in phase for j in phase}
     yields = tuple(

@@ -43,17 +43,10 @@ class View(NamedTuple):
 def fitted(
     points: Points, longest_px: float, margin_px: float, least_px: float | tuple[float, float]
 ) -> tuple[View, tuple[float, float]]:
-    """Return a view of some points, and the size of its picture.
+    """Return a view of some points, (points, 2) float64, and the size of its picture.
 
-    Parameters
-    ----------
-    points: (points, 2) float64
-    longest_px
-        Longer side of the picture.
-    margin_px
-        What is left free around the points.
-    least_px
-        Width and height at least, without margins.
+    ``longest_px`` is the picture's longer side, with a margin around the points; width and height
+    are ``least_px`` at least, without margins.
     """
     low, high = points.min(axis=0), points.max(axis=0)
     extent_m = np.maximum(high - low, 1.0)

@@ -20,16 +20,7 @@ PAPER_PHASES: tuple[frozenset[int], ...] = tuple(
     frozenset(phase)
     for phase in ((1, 7), (2, 8), (4, 10), (5, 11), (1, 2), (4, 5), (7, 8), (10, 11))
 )
-PAPER_PHASE_NAMES = (
-    "E/W F",
-    "E/W L",
-    "N/S F",
-    "N/S L",
-    "E F+L",
-    "N F+L",
-    "W F+L",
-    "S F+L",
-)
+PAPER_PHASE_NAMES = ("E/W F", "E/W L", "N/S F", "N/S L", "E F+L", "N F+L", "W F+L", "S F+L")
 PAPER_UNSIGNALLED = frozenset({0, 3, 6, 9})
 
 

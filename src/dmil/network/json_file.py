@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -11,6 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 from dmil.errors import InputError
 
 Shape = TypeVar("Shape")
+_AGAIN, _CHECK = "copy or download it again", "check that this is the right file"
 
 
 def read_json(
@@ -18,16 +20,7 @@ def read_json(
 ) -> Shape:
     """Read a JSON file and check its shape (ours).
 
-    Parameters
-    ----------
-    path
-        The file.
-    shape
-        What must be in it.
-    content
-        What the file should be, in words, such as ``"a CityFlow road network"``.
-    error
-        Kind of error to raise.
+    ``content`` says in words what the file should be, such as ``"a CityFlow road network"``.
 
     Raises
     ------
@@ -36,47 +29,26 @@ def read_json(
         shape.
     """
     text = _text(Path(path), content, error)
+    wrong = partial(error, expected=content)
     try:
         document = json.loads(text)
     except json.JSONDecodeError as cause:
         where = f"{path}, line {cause.lineno}, column {cause.colno}"
         if cause.pos >= len(text.rstrip()) - 1 or cause.msg.startswith("Unterminated"):
-            raise error(
-                "the file is cut off in the middle",
-                where=where,
-                expected=content,
-                mend="copy or download it again",
-            ) from None
-        raise error(
-            f"this is not JSON ({cause.msg})",
-            where=where,
-            expected=content,
-            mend="check that this is the right file",
-        ) from None
+            raise wrong("the file is cut off in the middle", where=where, mend=_AGAIN) from None
+        raise wrong(f"this is not JSON ({cause.msg})", where=where, mend=_CHECK) from None
     except (ValueError, RecursionError) as cause:  # a number of 5,000 digits, 10,000 brackets
-        raise error(
-            f"this is not usable JSON ({cause})", where=str(path), expected=content
-        ) from None
+        raise wrong(f"this is not usable JSON ({cause})", where=str(path)) from None
     try:
         return shape.validate_python(document)
     except ValidationError as cause:
         place, problem = first_problem(cause)
-        raise error(
-            problem,
-            where=f"{path}: {place}" if place else str(path),
-            expected=content,
-            mend="check that this is the right file, and correct this place",
-        ) from None
+        where = f"{path}: {place}" if place else str(path)
+        raise wrong(problem, where=where, mend=f"{_CHECK}, and correct this place") from None
 
 
 def first_problem(cause: ValidationError) -> tuple[str, str]:
-    """Turn pydantic's report into one place and one problem (ours).
-
-    Returns
-    -------
-    tuple of str
-        The place, such as ``roads[3].lanes[0].maxSpeed``, and what is wrong there.
-    """
+    """Turn pydantic's report into a place (``roads[3].lanes[0].maxSpeed``) and a problem (ours)."""
     errors = cause.errors(include_url=False)
     first = errors[0]
     place = ""
@@ -99,28 +71,15 @@ def first_problem(cause: ValidationError) -> tuple[str, str]:
 
 
 def _text(path: Path, content: str, error: type[InputError]) -> str:
+    wrong = partial(error, where=str(path), expected=content)
     try:
         text = path.read_text(encoding="utf-8-sig")  # some editors begin with a mark
     except FileNotFoundError:
-        raise error(
-            "there is no such file", where=str(path), expected=content, mend="check the path"
-        ) from None
+        raise wrong("there is no such file", mend="check the path") from None
     except UnicodeDecodeError:
-        raise error(
-            "this is not a text file in UTF-8",
-            where=str(path),
-            expected=content,
-            mend="check that this is the right file",
-        ) from None
+        raise wrong("this is not a text file in UTF-8", mend=_CHECK) from None
     except OSError as cause:
-        raise error(
-            f"it cannot be read ({cause.strerror})", where=str(path), expected=content
-        ) from None
+        raise wrong(f"it cannot be read ({cause.strerror})") from None
     if not text.strip():
-        raise error(
-            "the file is empty",
-            where=str(path),
-            expected=content,
-            mend="copy or download it again",
-        )
+        raise wrong("the file is empty", mend=_AGAIN)
     return text

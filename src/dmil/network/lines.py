@@ -1,4 +1,7 @@
-"""Lines through points: moved aside, cut, bent, and what lies where along them."""
+"""Lines through points: moved aside, cut, bent, and what lies where along them.
+
+A line is an array of points in their order, (points, 2) float64.
+"""
 
 from __future__ import annotations
 
@@ -18,15 +21,7 @@ LOOK_M = 20.0
 
 
 def beside(points: Points, distance: float) -> Points:
-    """Move a line aside.
-
-    Parameters
-    ----------
-    points: (points, 2) float64
-        With y to the North.
-    distance
-        How far to the right, seen along the line.
-    """
+    """Move a line aside, to the right as seen along it with y to the North."""
     points = without_repeats(points)
     if len(points) < 2:
         return points
@@ -43,11 +38,7 @@ def beside(points: Points, distance: float) -> Points:
 def without_repeats(points: Points, least: float = 1e-6) -> Points:
     """Leave out points that are nearer to the one before than a least distance.
 
-    Parameters
-    ----------
-    points: (points, 2) float64
-    least
-        The first and the last one always stay.
+    The first and the last one always stay.
     """
     kept = [points[0]]
     for point in points[1:-1]:
@@ -61,14 +52,7 @@ def without_repeats(points: Points, least: float = 1e-6) -> Points:
 
 
 def beginning(points: Points, length: float) -> Points:
-    """Return the first part of a line.
-
-    Parameters
-    ----------
-    points: (points, 2) float64
-    length
-        How much of it; all if it is shorter.
-    """
+    """Return the first part of a line, all of it if it is shorter."""
     kept, left = [points[0]], length
     for here, there in pairwise(points):
         step = float(np.hypot(*(there - here)))
@@ -80,27 +64,13 @@ def beginning(points: Points, length: float) -> Points:
 
 
 def without_end(points: Points, length: float) -> Points:
-    """Return a line less its last part, but at least a tenth of it.
-
-    Parameters
-    ----------
-    points: (points, 2) float64
-    length
-        How much to leave out.
-    """
+    """Return a line less its last part, but at least a tenth of it."""
     whole = length_of(points)
     return beginning(points, max(whole - length, 0.1 * whole))
 
 
 def inside(points: Points, low: Points, high: Points) -> list[Points]:
-    """Return the parts of a line that are inside of a box.
-
-    Parameters
-    ----------
-    points: (points, 2) float64
-    low, high: (2,) float64
-        Corners of the box.
-    """
+    """Return the parts of a line that are inside of a box with the corners ``low`` and ``high``."""
     parts: list[list[Points]] = []
     for here, there in pairwise(points):
         cut = _cut(here, there, low, high)
@@ -127,14 +97,7 @@ def _cut(here: Points, there: Points, low: Points, high: Points) -> tuple[Points
 
 
 def direction(points: Points, *, at_end: bool) -> Points:
-    """Return the unit vector along a line at one of its ends.
-
-    Parameters
-    ----------
-    points: (points, 2) float64
-    at_end
-        Which end.
-    """
+    """Return the unit vector along a line at one of its ends."""
     way = points[-1] - points[-2] if at_end else points[1] - points[0]
     return np.asarray(way / max(float(np.hypot(*way)), 1e-9))
 
@@ -142,13 +105,7 @@ def direction(points: Points, *, at_end: bool) -> Points:
 def bend_into(start: Points, goal: Points, least: float, beyond: float = 0.0) -> Points:
     """Return a smooth way from the end of one line to the beginning of another.
 
-    Parameters
-    ----------
-    start, goal: (points, 2) float64
-    least
-        How far it at least follows each of them.
-    beyond
-        How far it goes on along the goal.
+    It follows each of them for ``least`` at least, and goes on along the goal for ``beyond``.
     """
     first, last = start[-1], goal[0]
     reach = max(0.4 * math.dist(first, last), least)

@@ -46,13 +46,8 @@ third on that is nearer to two lanes than to one."""
 def permitted(allow: str | None, disallow: str | None) -> Classes:
     """Return the classes that may use a lane or connection (SUMO docs: Vehicle Permissions).
 
-    Without either all may, ``all`` stands for all classes, and beside ``allow`` SUMO ignores
-    ``disallow``.
-
-    Parameters
-    ----------
-    allow, disallow
-        The attributes of the file: names with blanks between them; None or empty where missing.
+    The attributes are the file's, names with blanks between them. Without either all may, ``all``
+    stands for all classes, and beside ``allow`` SUMO ignores ``disallow``.
     """
     if allow:
         return _named(allow)
@@ -80,27 +75,11 @@ class Permissions:
     ways: Mapping[tuple[str, str], Mapping[int, Classes]]
 
     def open_to(self, link: str, classes: Classes) -> bool:
-        """Tell whether vehicles may be on a link (ours).
-
-        Parameters
-        ----------
-        link
-            Its id.
-        classes
-            What the vehicles are.
-        """
+        """Tell whether vehicles may be on a link (ours)."""
         return any(classes <= lane for lane in self.lanes[link])
 
     def lanes_to(self, from_link: str, to_link: str, classes: Classes) -> tuple[int, ...]:
-        """Return the lanes in which vehicles may go from a link to another, none if they may not.
-
-        Parameters
-        ----------
-        from_link, to_link
-            Ids of the links.
-        classes
-            What the vehicles are.
-        """
+        """Return the lanes in which vehicles may go from a link to another; none: they may not."""
         ways = self.ways.get((from_link, to_link), {})
         return tuple(lane for lane, allowed in ways.items() if classes <= allowed)
 
@@ -109,15 +88,8 @@ def driven(permissions: Sequence[Classes], vehicles: ClassCounts | None) -> tupl
     """Return which of several lanes (or connections) are worth a lane to the vehicles (ours).
 
     These are the ones that at least a third may use of those who may use any; where there is no
-    such one, those that most may use. Where nobody of the vehicles may use any, all that road
-    vehicles with a motor may use.
-
-    Parameters
-    ----------
-    permissions
-        The classes that may use each.
-    vehicles
-        Who drives; None where that is not known.
+    such one, those that most may use. Where nobody of the vehicles may use any, or who drives is
+    not known, all that road vehicles with a motor may use.
     """
     here = {
         classes: count
@@ -135,14 +107,6 @@ def driven(permissions: Sequence[Classes], vehicles: ClassCounts | None) -> tupl
 
 
 def makes_no_difference(permissions: Iterable[Classes], vehicles: ClassCounts) -> bool:
-    """Tell whether every lane is for all of the vehicles, or for none with a motor (ours).
-
-    Parameters
-    ----------
-    permissions
-        The classes that may use each lane or connection.
-    vehicles
-        Who drives.
-    """
+    """Tell whether every lane is for all of the vehicles, or for none with a motor (ours)."""
     everyone = frozenset[str]().union(*vehicles)
     return all(everyone <= each or not each & MOTOR_CLASSES for each in permissions)

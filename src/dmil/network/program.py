@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 
@@ -59,3 +60,13 @@ class Program:
     def cycle_s(self) -> float:
         """Duration of all stages."""
         return sum(stage.duration_s for stage in self.stages)
+
+
+def longest_clearance_s(stages: Sequence[tuple[float, bool]]) -> float:
+    """Return the longest time of clearance on end in a cycle of (seconds, whether it clears)."""
+    begin = next((k for k, (_, clears) in enumerate(stages) if not clears), 0)
+    longest = run = 0.0
+    for duration_s, clears in (*stages[begin:], *stages[:begin]):
+        run = run + duration_s if clears else 0.0
+        longest = max(longest, run)
+    return longest

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import gzip
 import zlib
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 from xml.etree.ElementTree import Element
 from xml.parsers import expat
+from xml.sax.saxutils import quoteattr
 
 from dmil.errors import InputError
 
@@ -44,15 +45,7 @@ End = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class XmlPlace:
-    """Where in a file an element begins (ours); as text it is an error's ``where``.
-
-    Parameters
-    ----------
-    path
-        The file.
-    line, column
-        Counted from 1.
-    """
+    """Where in a file an element begins, counted from 1 (ours); as text an error's ``where``."""
 
     path: str
     line: int
@@ -60,31 +53,6 @@ class XmlPlace:
 
     def __str__(self) -> str:
         return f"{self.path}, line {self.line}, column {self.column}"
-
-
-def check_xml(
-    path: str | Path, *, root: Collection[str] = (), error: type[InputError] = InputError
-) -> None:
-    """Read a file to its end and refuse what is no sound, safe XML of the right kind (ours).
-
-    Parameters
-    ----------
-    path
-        The file; gzipped ones are recognised by their first bytes.
-    root
-        Names that its root element usually has. As in SUMO it may have others, but for those
-        that another kind of file has, and but for a network's.
-    error
-        Kind of error to raise.
-
-    Raises
-    ------
-    InputError
-        Of the given kind, if the file is missing, unreadable, cut off, not XML, of another kind, or
-        has a DOCTYPE.
-    """
-    for _ in iter_elements(path, (), root=root, error=error):
-        pass
 
 
 def iter_elements(
@@ -107,10 +75,8 @@ def iter_elements(
         The file; gzipped ones are recognised by their first bytes.
     tags
         Names of the elements.
-    root
-        Names that the root element usually has, see :func:`check_xml`.
-    error
-        Kind of error to raise.
+    root, error
+        See `XmlWalk`.
     included_by
         The files that led to this one by including each other.
 
@@ -122,7 +88,7 @@ def iter_elements(
     Raises
     ------
     InputError
-        As with :func:`check_xml`, or if a file includes itself.
+        As with `XmlWalk.pieces`, or if a file includes itself.
     """
     wanted = frozenset((*tags, _INCLUDE))
     found: list[tuple[XmlPlace, Element]] = []
@@ -174,7 +140,8 @@ class XmlWalk:
     text
         Called with every piece of text between them.
     root
-        Names that the root element usually has, see :func:`check_xml`.
+        Names that the root element usually has. As in SUMO it may have others, but for those
+        that another kind of file has, and but for a network's.
     error
         Kind of error to raise.
     """
@@ -209,13 +176,7 @@ class XmlWalk:
         return XmlPlace(str(self._path), line, column + 1)
 
     def run(self) -> None:
-        """Walk through the whole file.
-
-        Raises
-        ------
-        InputError
-            As with :func:`check_xml`.
-        """
+        """Walk through the whole file; errors are those of `pieces`."""
         for _ in self.pieces():
             pass
 
@@ -225,7 +186,8 @@ class XmlWalk:
         Raises
         ------
         InputError
-            As with :func:`check_xml`.
+            Of the given kind, if the file is missing, unreadable, cut off, not XML, of another
+            kind, or has a DOCTYPE.
         """
         for piece in self._read():
             self._empty = self._empty and not piece.strip()
@@ -240,28 +202,15 @@ class XmlWalk:
                 while piece := stream.read(_CHUNK_BYTES):
                     yield piece
         except FileNotFoundError:
-            raise self._error(
-                "there is no such file",
-                where=str(self._path),
-                expected=self._content,
-                mend="check the path",
-            ) from None
+            raise self._wrong("there is no such file", self._path, "check the path") from None
         except EOFError:  # of gzip: there is more to come
             self._empty = False
             raise self._cut_off() from None
         except (gzip.BadGzipFile, zlib.error) as cause:
-            raise self._error(
-                f"this is not a sound gzip file ({cause})",
-                where=str(self._path),
-                expected=self._content,
-                mend="copy or download it again",
-            ) from None
+            problem = f"this is not a sound gzip file ({cause})"
+            raise self._wrong(problem, self._path, "copy or download it again") from None
         except OSError as cause:
-            raise self._error(
-                f"it cannot be read ({cause.strerror})",
-                where=str(self._path),
-                expected=self._content,
-            ) from None
+            raise self._wrong(f"it cannot be read ({cause.strerror})", self._path) from None
 
     def _feed(self, piece: bytes, *, last: bool) -> None:
         try:
@@ -269,11 +218,10 @@ class XmlWalk:
         except expat.ExpatError as cause:
             if cause.code in _CUT_OFF:
                 raise self._cut_off() from None
-            raise self._error(
+            raise self._wrong(
                 f"this is not XML ({expat.errors.messages[cause.code]})",
-                where=str(XmlPlace(str(self._path), cause.lineno, cause.offset + 1)),
-                expected=self._content,
-                mend="check that this is the right file, and correct this place",
+                XmlPlace(str(self._path), cause.lineno, cause.offset + 1),
+                "check that this is the right file, and correct this place",
             ) from None
 
     def _begin(self, name: str, attributes: dict[str, str]) -> None:
@@ -281,12 +229,8 @@ class XmlWalk:
         # SUMO does not look at the name; one that says that this is something else is a mistake.
         if self._roots and name not in self._roots and ("net" in self._roots or name in CONTENT):
             what = f", so this is {CONTENT[name]}" if name in CONTENT else ""
-            raise self._error(
-                f"its root element is <{name}>{what}",
-                where=str(self.place),
-                expected=self._content,
-                mend="check that this is the right file",
-            )
+            problem = f"its root element is <{name}>{what}"
+            raise self._wrong(problem, self.place, "check that this is the right file")
         self._start(name, attributes)
 
     def _refuse(self, *_declaration: object) -> None:
@@ -299,12 +243,16 @@ class XmlWalk:
 
     def _cut_off(self) -> InputError:
         problem = "the file is empty" if self._empty else "the file is cut off in the middle"
-        return self._error(
-            problem,
-            where=str(self._path) if self._empty else str(self.place),
-            expected=self._content,
-            mend="copy or download it again",
-        )
+        place = self._path if self._empty else self.place
+        return self._wrong(problem, place, "copy or download it again")
+
+    def _wrong(self, problem: str, place: XmlPlace | Path, mend: str | None = None) -> InputError:
+        return self._error(problem, where=str(place), expected=self._content, mend=mend)
+
+
+def attributes_xml(attributes: Mapping[str, object]) -> str:
+    """Return attributes as a start tag has them, each with a blank before it (ours)."""
+    return "".join(f" {name}={quoteattr(str(value))}" for name, value in attributes.items())
 
 
 def _content(root: Collection[str]) -> str:

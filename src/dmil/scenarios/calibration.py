@@ -49,15 +49,10 @@ class Calibration(BaseModel):
 
         SUMO is not touched by it: it has its own drivers.
 
-        Parameters
-        ----------
-        scenario
-            One on the same network.
-
         Raises
         ------
         InputError
-            If its network has other links.
+            If the scenario's network has other links.
         """
         if digest_of(scenario.network) != self.links_digest:
             raise InputError(

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from dmil.demand import read_cityflow_flow
 from dmil.errors import InputError, unknown_name
 from dmil.network import read_cityflow_roadnet
-from dmil.scenarios.model import (
-    SATURATION_FLOW_VEH_PER_S,
-    QueueDynamics,
-    Scenario,
-    horizon_of,
-)
+from dmil.scenarios.model import FROM_FILES, QueueDynamics, Scenario, horizon_of
 from dmil.scenarios.timing import PLAN, SignalTiming
 
 DECISION_INTERVAL_S = 15
@@ -59,30 +55,16 @@ def cityflow_scenario(
         network=network,
         demand=demand,
         timing=timing or SignalTiming(decision_interval_s=decision_interval_s, **PLAN),
-        dynamics=dynamics
-        or QueueDynamics(
-            saturation_flow_veh_per_s=SATURATION_FLOW_VEH_PER_S,
-            storage=True,
-        ),
+        dynamics=dynamics or QueueDynamics(**FROM_FILES),
         horizon_s=horizon_s,
     )
 
 
 def find_cityflow_files(place: str) -> tuple[Path, Path]:
-    """Find the road network and the flow file in a folder (ours).
+    """Find the road network and the flow file in a folder, or by ``FOLDER#FLOW_FILE`` (ours).
 
     Of several flow files the one is meant whose name all others continue, such as ``city.json``
     beside ``city_2000.json`` and ``city_2500.json``.
-
-    Parameters
-    ----------
-    place
-        The folder, or ``FOLDER#FLOW_FILE``.
-
-    Returns
-    -------
-    tuple of Path
-        The road network and the flow file.
 
     Raises
     ------
@@ -93,19 +75,18 @@ def find_cityflow_files(place: str) -> tuple[Path, Path]:
     if not folder.is_dir() and "#" in place:
         before, _, chosen = place.rpartition("#")
         folder = Path(before)
+    wrong = partial(InputError, where=str(folder))
     if not folder.is_dir():
-        raise InputError(
+        raise wrong(
             "there is no such folder",
-            where=str(folder),
             expected="a folder with one roadnet*.json and one flow file",
             mend="check the path",
         )
     roadnets = sorted(folder.glob("roadnet*.json"))
     if len(roadnets) != 1:
         found = ", ".join(path.name for path in roadnets)
-        raise InputError(
+        raise wrong(
             f"there are {len(roadnets)} road networks: {found}" if found else "no road network",
-            where=str(folder),
             expected="exactly one file roadnet*.json",
             mend="use cityflow_scenario(roadnet, flow) to name both files"
             if found
@@ -120,18 +101,17 @@ def find_cityflow_files(place: str) -> tuple[Path, Path]:
 
 
 def _only_flow(folder: Path, flows: list[Path]) -> Path:
+    wrong = partial(InputError, where=str(folder))
     if not flows:
-        raise InputError(
+        raise wrong(
             "there is no flow file",
-            where=str(folder),
             expected="a JSON file with a list of vehicles beside the road network",
         )
     meant = [path for path in flows if all(other.stem.startswith(path.stem) for other in flows)]
     if len(meant) == 1:
         return meant[0]
-    raise InputError(
+    raise wrong(
         f"there are {len(flows)} flow files: {', '.join(path.name for path in flows)}",
-        where=str(folder),
         expected="one, or one whose name all others continue",
         mend=f"choose one, such as cityflow:{folder}#{flows[0].name}",
     )

@@ -18,7 +18,7 @@ from dmil.demand import (
     Ties,
 )
 from dmil.demand.arrivals import DEFAULT_BATCH_VEH, ArrivalProcess
-from dmil.demand.rates import check_rates, rates_at_fringe
+from dmil.demand.destinations import check_rates, rates_at_fringe
 from dmil.errors import DemandError, InputError
 from dmil.network import RoadNetwork
 from dmil.scenarios.model import HIGHEST_LOAD, LONGEST_RUN_S
@@ -115,14 +115,7 @@ class DemandChanges(BaseModel):
         return DemandChanges(**earlier | given)
 
     def applied_to(self, demand: Demand, network: RoadNetwork) -> Demand:
-        """Return a demand with these changes (ours).
-
-        Parameters
-        ----------
-        demand
-            The scenario's own.
-        network
-            Where vehicles arrive.
+        """Return a scenario's own demand with these changes (ours).
 
         Raises
         ------

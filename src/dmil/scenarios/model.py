@@ -1,22 +1,70 @@
-"""What a scenario is: network, demand, signal timing, queue dynamics, horizon."""
+"""What a scenario is: network, demand, signal timing, queue dynamics, horizon, SUMO's files."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
 
 from pydantic import Field
 
 from dmil.demand import Demand
+from dmil.demand.sumo.beside import NOTHING, Beside
 from dmil.errors import InputError
 from dmil.network import RoadNetwork
-from dmil.scenarios.settings import Settings
-from dmil.scenarios.sumo_files import SumoFiles
-from dmil.scenarios.timing import SignalTiming
+from dmil.network.permissions import Classes
+from dmil.network.sumo import SumoSignals
+from dmil.scenarios.timing import Settings, SignalTiming
+
+Routing = Literal["sumo", "mesoscopic", "free-flow"]
+"""Where the ways of trips are from: SUMO's choice in the traffic, that in its mesoscopic model of
+the traffic, or the shortest at free flow."""
+
+
+@dataclass(frozen=True)
+class SumoFiles:
+    """What SUMO needs of a scenario beside its network and vehicles (ours).
+
+    Parameters
+    ----------
+    net_file
+        The network.
+    signals
+        How SUMO shows the phases, one per intersection.
+    kinds
+        Attributes of SUMO's vehicles; ``Vehicles.kind`` are indices into it.
+    classes
+        The vehicle classes of every such kind, which decide where vehicles may drive.
+    beside
+        What SUMO runs beside the vehicles of the demand, and their types.
+    begin_s
+        SUMO's second that is second 0 of a run.
+    routing
+        Where the ways of trips are from; None where all vehicles have a route.
+    programs_xml
+        Signal programs and timetables beside the network's, as XML elements without a root element.
+    persons_xml
+        The persons who walk, as XML elements in the order of departure, without a root element.
+    options
+        Further options of ``sumo``, as (name, value).
+    """
+
+    net_file: Path
+    signals: tuple[SumoSignals, ...]
+    kinds: tuple[dict[str, str], ...] = ({},)
+    classes: tuple[Classes, ...] = (Classes(),)
+    beside: Beside = NOTHING
+    begin_s: int = 0
+    routing: Routing | None = None
+    programs_xml: str = ""
+    persons_xml: str = ""
+    options: tuple[tuple[str, str], ...] = ()
+
 
 LONGEST_RUN_S = 10**8
 """Longest run, three years: steps are counted in 32 bits."""
-SATURATION_FLOW_VEH_PER_S = 0.5
-"""That of scenarios from files."""
+FROM_FILES: dict[str, Any] = {"saturation_flow_veh_per_s": 0.5, "storage": True}
+"""Settings of `QueueDynamics` that scenarios from files have."""
 HIGHEST_LOAD = 1e6
 """Highest factor on a demand: what is above would fill any memory with vehicles."""
 

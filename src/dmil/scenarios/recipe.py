@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from dmil.demand import Ties
-from dmil.demand.resampled import SHIFT_S
+from dmil.demand.recorded import SHIFT_S
 from dmil.errors import InputError
 from dmil.interpretations import mark
 from dmil.network.grid import ENTRY_LINK_TIME_S, LINK_TIME_S
@@ -17,16 +17,10 @@ from dmil.network.sumo.reader import Phases
 from dmil.scenarios.calibration import load_calibration
 from dmil.scenarios.cityflow import cityflow_scenario
 from dmil.scenarios.demand_changes import DemandChanges, resampled, with_ties
-from dmil.scenarios.model import (
-    HIGHEST_LOAD,
-    LONGEST_RUN_S,
-    QueueDynamics,
-    Scenario,
-)
+from dmil.scenarios.model import HIGHEST_LOAD, LONGEST_RUN_S, QueueDynamics, Routing, Scenario
 from dmil.scenarios.registry import scenario, with_load
 from dmil.scenarios.sumo import sumo_scenario
 from dmil.scenarios.sumo_configuration import SumoConfiguration
-from dmil.scenarios.sumo_files import Routing
 from dmil.scenarios.timing import SignalTiming
 
 LONGEST_LINK_S = 3600.0

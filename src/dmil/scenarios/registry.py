@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import Any
 
 from dmil.demand import Demand, PoissonDemand, ProfileDemand, ScalableDemand, Ties
 from dmil.demand.vehicles import check_load
@@ -13,11 +12,9 @@ from dmil.network import grid
 from dmil.network.sumo.reader import Phases
 from dmil.scenarios.cityflow import cityflow_scenario, find_cityflow_files
 from dmil.scenarios.demand_changes import with_ties
-from dmil.scenarios.model import QueueDynamics, Scenario
-from dmil.scenarios.names import kind_of, plain
-from dmil.scenarios.resco import PREFIX, RESCO, find_resco_configuration
+from dmil.scenarios.model import QueueDynamics, Routing, Scenario
+from dmil.scenarios.names import PREFIX, RESCO, find_resco_configuration, kind_of, plain
 from dmil.scenarios.sumo import sumo_scenario
-from dmil.scenarios.sumo_files import Routing
 from dmil.scenarios.timing import SignalTiming
 
 RESCO_TIMING = SignalTiming(decision_interval_s=10, clearance_s=3)
@@ -95,33 +92,9 @@ def scenario(
     MissingExtraError
         If it needs a package that is not installed.
     """
-    made = _named(
-        name,
-        horizon_s=horizon_s,
-        timing=timing,
-        dynamics=dynamics,
-        sumo={"begin_s": begin_s, "phases": phases, "routing": routing},
-        times={"link_time_s": link_time_s, "entry_link_time_s": entry_link_time_s},
-    )
-    if demand is not None:
-        made = replace(made, demand=demand)
-    if ties is not None:
-        made = replace(made, demand=with_ties(made.demand, ties, made.network))
-    return with_load(made, load)
-
-
-def _named(
-    name: str,
-    *,
-    horizon_s: int | None,
-    timing: SignalTiming | None,
-    dynamics: QueueDynamics | None,
-    sumo: dict[str, Any],
-    times: dict[str, float | None],
-) -> Scenario:
-    """Return a scenario with its own demand; what is None among the last two is not given."""
     name = plain(name)
     kind, rest = kind_of(name)
+    times = {"link_time_s": link_time_s, "entry_link_time_s": entry_link_time_s}
     of_grids = {key: value for key, value in times.items() if value is not None}
     if of_grids and kind != "grid":
         raise InputError(
@@ -131,30 +104,30 @@ def _named(
             mend="leave them out",
         )
     if name.startswith(PREFIX) or (kind == "sumo" and rest):
-        return sumo_scenario(
+        made = sumo_scenario(
             find_resco_configuration(name) if name.startswith(PREFIX) else rest,
-            begin_s=sumo["begin_s"],
+            begin_s=begin_s,
             horizon_s=horizon_s,
-            phases=sumo["phases"] or "program",
-            routing=sumo["routing"],
+            phases=phases or "program",
+            routing=routing,
             timing=timing or (RESCO_TIMING if name.startswith(PREFIX) else None),
             dynamics=dynamics,
             name=name,
         )
-    if any(value is not None for value in sumo.values()):
+    elif any(option is not None for option in (begin_s, phases, routing)):
         raise InputError(
             f"the scenario '{name}' has no begin, phases or routing to choose",
             where="scenario",
             expected="a scenario from SUMO's files where one of these is given",
             mend="leave them out",
         )
-    if kind == "grid":
+    elif kind == "grid":
         size, _, kind_of_demand = name.partition("/")
         rows, columns = _grid_size(size)
         if kind_of_demand not in GRID_DEMANDS or name.endswith("/"):
             known = [each for each in GRID_DEMANDS if each]
             raise unknown_name("demand of a grid", kind_of_demand, known, where=name)
-        return Scenario(
+        made = Scenario(
             name,
             grid(rows, columns, **of_grids),
             GRID_DEMANDS[kind_of_demand],
@@ -162,12 +135,18 @@ def _named(
             dynamics or QueueDynamics(),
             GRID_HORIZON_S if horizon_s is None else horizon_s,
         )
-    if kind == "cityflow" and rest:
+    elif kind == "cityflow" and rest:
         roadnet, flow = find_cityflow_files(rest)
-        return cityflow_scenario(
+        made = cityflow_scenario(
             roadnet, flow, horizon_s=horizon_s, timing=timing, dynamics=dynamics, name=name
         )
-    raise unknown_name("scenario", name, _NAMES)
+    else:
+        raise unknown_name("scenario", name, _NAMES)
+    if demand is not None:
+        made = replace(made, demand=demand)
+    if ties is not None:
+        made = replace(made, demand=with_ties(made.demand, ties, made.network))
+    return with_load(made, load)
 
 
 def _grid_size(name: str) -> tuple[int, int]:

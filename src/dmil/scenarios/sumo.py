@@ -12,14 +12,8 @@ from dmil.demand.sumo.routing import routed_by_sumo, sumo_is_installed, with_rem
 from dmil.errors import InputError
 from dmil.network.sumo import read_sumo_network
 from dmil.network.sumo.reader import Phases, driven_by
-from dmil.scenarios.model import (
-    SATURATION_FLOW_VEH_PER_S,
-    QueueDynamics,
-    Scenario,
-    horizon_of,
-)
+from dmil.scenarios.model import FROM_FILES, QueueDynamics, Routing, Scenario, SumoFiles, horizon_of
 from dmil.scenarios.sumo_configuration import SumoConfiguration, driving, read_sumo_configuration
-from dmil.scenarios.sumo_files import Routing, SumoFiles
 from dmil.scenarios.timing import PLAN, SignalTiming
 
 DECISION_INTERVAL_S = 10
@@ -123,12 +117,7 @@ def sumo_scenario(
         network=roads.network,
         demand=demand,
         timing=timing or SignalTiming(decision_interval_s=DECISION_INTERVAL_S, **PLAN),
-        dynamics=dynamics
-        or QueueDynamics(
-            saturation_flow_veh_per_s=SATURATION_FLOW_VEH_PER_S,
-            storage=True,
-            vehicle_space_m=demand.vehicle_space_m,
-        ),
+        dynamics=dynamics or QueueDynamics(**FROM_FILES, vehicle_space_m=demand.vehicle_space_m),
         horizon_s=horizon_s,
         sumo=SumoFiles(
             net_file=roads.path,

@@ -8,6 +8,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -109,14 +110,7 @@ def read_sumo_configuration(path: str | Path) -> SumoConfiguration:
 
 
 def driving(configuration: SumoConfiguration, where: str) -> SumoConfiguration:
-    """Return a configuration that has files with vehicles (ours).
-
-    Parameters
-    ----------
-    configuration
-        As it was read.
-    where
-        The file.
+    """Return a configuration, read from the file ``where``, that has files with vehicles (ours).
 
     Raises
     ------
@@ -171,18 +165,16 @@ class _Options:
         value = _VARIABLE.sub(_variable, value)
         if not value:
             return  # as in SUMO
-        option = OPTIONS.get(name)
+        option, wrong = OPTIONS.get(name), partial(InputError, where=self._place)
         if option is None:
-            raise InputError(
+            raise wrong(
                 f"SUMO has no option '{name}'",
-                where=self._place,
                 expected="options of SUMO 1.28, as sumo --save-template FILE lists them",
                 mend="remove or correct it",
             )
         if option.name in self._given:
-            raise InputError(
+            raise wrong(
                 f"the option {option.name} is given twice",
-                where=self._place,
                 expected="every option once, as in SUMO",
                 mend="remove one of them",
             )
@@ -190,9 +182,8 @@ class _Options:
         if value == option.default:
             return
         if option.treatment == "refused":
-            raise InputError(
+            raise wrong(
                 f"the option {option.name} ({value}) cannot be followed: {option.reason}",
-                where=self._place,
                 mend="remove it",
             )
         if option.treatment == "noted":

@@ -1,16 +1,38 @@
-"""Signal timing: numbers for all intersections, or what each one's own plan says."""
+"""Signal timing: numbers for all intersections, or each one's plan, and how fair that is."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from dmil.errors import InputError
 from dmil.network import Intersection, RoadNetwork, Walk, plan_times
-from dmil.scenarios.settings import Settings
+from dmil.network.json_file import first_problem
+
+
+class Settings(BaseModel):
+    """Frozen numbers of a scenario; a wrong one raises our error and not pydantic's."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    def __init__(self, **values: Any) -> None:
+        try:
+            super().__init__(**values)
+        except ValidationError as cause:
+            place, problem = first_problem(cause)
+            fields = ", ".join(type(self).model_fields)
+            name = type(self).__name__
+            raise InputError(
+                problem,
+                where=f"{name}.{place}" if place else name,
+                mend=f"{name} has the fields {fields}",
+            ) from None
+
 
 IntArray = npt.NDArray[np.int32]
 
@@ -147,14 +169,7 @@ def signal_times(timing: SignalTiming, network: RoadNetwork) -> SignalTimes:
 def dont_walk_s(times: SignalTimes, item: Intersection, i: int, phase: int, walk: Walk) -> int:
     """Return how long before a phase ends its pedestrians must stop setting out, in s (ours).
 
-    What they need to clear the crossing beyond the clearance of vehicles.
-
-    Parameters
-    ----------
-    times, item, i, phase
-        Of one phase of an intersection.
-    walk
-        One of its crossings.
+    What they need to clear a crossing beyond the clearance of vehicles.
     """
     changes = [q for q in range(len(item.phases)) if q != phase]
     clearance_s = min((int(times.clearance_s[i, phase, q]) for q in changes), default=0)
@@ -244,4 +259,74 @@ def lost_s(timing: SignalTiming, network: RoadNetwork) -> npt.NDArray[np.float64
         if phases > 1:
             # From a phase to itself nothing is cleared: 0 s.
             found[i] += clearance_s[i, :phases, :phases].sum() / (phases * (phases - 1))
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class Advantage:
+    """What controllers are spared at one intersection (ours).
+
+    Half of what a controller seems to gain may be clearance that it does not keep: one second less
+    per change is one second more of green. So what a user gives for all intersections is compared
+    with what each one's own plan says.
+
+    Attributes
+    ----------
+    intersection: int
+        Its index in the network.
+    what: str
+        ``"clearance"``, ``"all-red"`` or ``"minimum green"``.
+    plan_s, given_s: int
+        Seconds in its plan, and those that controllers keep; of all changes or phases the ones
+        that differ most.
+    """
+
+    intersection: int
+    what: str
+    plan_s: int
+    given_s: int
+
+    def __str__(self) -> str:
+        return f"{self.what} {self.given_s} s, {self.plan_s} s in its plan"
+
+
+def safest_times(timing: SignalTiming, network: RoadNetwork) -> SignalTimes:
+    """Return times that fall short neither of what is given nor of each plan's own (ours)."""
+    given, plan = (signal_times(each, network) for each in (timing, timing.model_copy(update=PLAN)))
+    all_red_s = np.maximum(given.all_red_s, plan.all_red_s)
+    yellow_s = np.maximum(given.clearance_s - given.all_red_s, plan.clearance_s - plan.all_red_s)
+    return SignalTimes(
+        clearance_s=yellow_s + all_red_s,
+        all_red_s=all_red_s,
+        min_green_s=np.maximum(given.min_green_s, plan.min_green_s),
+        max_green_s=given.max_green_s,
+    )
+
+
+def advantages(timing: SignalTiming, network: RoadNetwork) -> list[Advantage]:
+    """Find where controllers get less lost time than the network's own plans (ours).
+
+    A green lasts for whole decision intervals less the clearance before it, so that it may be long
+    enough without a minimum. Intersections without a plan are left out.
+    """
+    given, plan = (signal_times(each, network) for each in (timing, timing.model_copy(update=PLAN)))
+    interval_s = timing.decision_interval_s
+    found = []
+    for i, item in enumerate(network.intersections):
+        if item.program is None or len(item.phases) < 2:
+            continue
+        own = slice(len(item.phases))
+        clearance_s = given.clearance_s[i, own, own]
+        # Of every change into a phase: the shortest green that ends with a decision.
+        intervals = -(-np.maximum(given.min_green_s[i, own] + clearance_s, 1) // interval_s)
+        np.fill_diagonal(intervals, np.iinfo(np.int32).max // interval_s)
+        least_s = (intervals * interval_s - clearance_s).min(axis=0)
+        for what, theirs, ours in (
+            ("clearance", plan.clearance_s[i, own, own], clearance_s),
+            ("all-red", plan.all_red_s[i, own, own], given.all_red_s[i, own, own]),
+            ("minimum green", plan.min_green_s[i, own], least_s),
+        ):
+            place = np.unravel_index((theirs - ours).argmax(), theirs.shape)
+            if theirs[place] > ours[place]:
+                found.append(Advantage(i, what, int(theirs[place]), int(ours[place])))
     return found

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from dmil.demand import read_cityflow_flow
-from dmil.demand.anchors import AnchorRouter
+from dmil.demand.cityflow import AnchorRouter
 from dmil.errors import DemandError
 from dmil.network import grid, read_cityflow_roadnet
 from dmil.scenarios import cityflow_scenario

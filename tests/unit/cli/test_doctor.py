@@ -6,7 +6,7 @@ import pytest
 
 from dmil.cli.doctor_tables import short
 from dmil.cli.doctor_text import MOST_ROWS, sparkline
-from dmil.scenarios.resco import find_resco_configuration
+from dmil.scenarios.names import find_resco_configuration
 
 WIDTH = 80
 

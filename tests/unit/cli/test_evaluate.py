@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from dmil.scenarios.resco import find_resco_configuration
+from dmil.scenarios.names import find_resco_configuration
 
 RUN = ("evaluate", "--scenario", "grid:1x1", "--steps", 120, "--seeds", 3, "--jobs", 1)
 

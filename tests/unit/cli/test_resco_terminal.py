@@ -7,7 +7,7 @@ from rich.console import Console
 
 from dmil.cli.terminal import print_json
 from dmil.results import Results
-from dmil.scenarios.resco import RESCO
+from dmil.scenarios.names import RESCO
 from dmil.studies.resco.tables import resco_tables
 from dmil.studies.resco.terminal import agreement_lines, as_json, resco_table
 from tests.unit.made_up_resco import CONTENDERS, SUMO

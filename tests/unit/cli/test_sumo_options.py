@@ -4,7 +4,7 @@ import tomllib
 
 import pytest
 
-from dmil.scenarios.resco import find_resco_configuration
+from dmil.scenarios.names import find_resco_configuration
 
 NAME = "resco/cologne1"
 

@@ -13,7 +13,7 @@ from dmil.demand import (
     ProfileDemand,
     ScalableDemand,
 )
-from dmil.demand.rates import rates_at_fringe
+from dmil.demand.destinations import rates_at_fringe
 from dmil.errors import DemandError, UnknownNameError
 from dmil.network import Intersection, Link, Movement, RoadNetwork, check_network, grid
 from dmil.seeding import stream

@@ -10,7 +10,7 @@ import pytest
 from dmil.errors import MissingExtraError, NetworkError
 from dmil.network import Program, Stage, grid
 from dmil.network.sumo import read_sumo_network, write_sumo_network
-from dmil.network.sumo.states import signals_of, stages_of
+from dmil.network.sumo.writer import signals_of, stages_of
 
 needs_sumo = pytest.mark.skipif(
     importlib.util.find_spec("sumo") is None or importlib.util.find_spec("sumolib") is None,

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from dmil.errors import DemandError, InputError, NetworkError
-from dmil.network.xml_file import check_xml, iter_elements
+from dmil.network.xml_file import iter_elements
 
 ROUTES = """<?xml version="1.0" encoding="UTF-8"?>
 <!-- a comment -->
@@ -31,7 +31,7 @@ def write(folder: Path, text: str | bytes) -> Path:
 
 def failure(path: Path, root: tuple[str, ...] = ("net",)) -> NetworkError:
     with pytest.raises(NetworkError) as caught:
-        check_xml(path, root=root, error=NetworkError)
+        list(iter_elements(path, (), root=root, error=NetworkError))
     return caught.value
 
 
@@ -120,7 +120,7 @@ def test_kind_of_error_is_the_callers(tmp_path: Path) -> None:
     with pytest.raises(DemandError):
         list(iter_elements(path, ("edge",), error=DemandError))
     with pytest.raises(InputError):
-        check_xml(path)
+        list(iter_elements(path, ()))
 
 
 def test_other_encodings_are_understood(tmp_path: Path) -> None:

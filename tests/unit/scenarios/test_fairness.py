@@ -7,7 +7,7 @@ import pytest
 
 from dmil.network import Program, Stage, grid
 from dmil.scenarios import PLAN, SignalTiming, lost_s, signal_times, uniform_timing
-from dmil.scenarios.fairness import Advantage, advantages, safest_times
+from dmil.scenarios.timing import Advantage, advantages, safest_times
 
 NOBODY = frozenset()
 

@@ -21,8 +21,8 @@ from dmil.scenarios import (
     scenario_names,
     sumo_scenario,
 )
+from dmil.scenarios.names import find_resco_configuration
 from dmil.scenarios.recipe import ScenarioRecipe
-from dmil.scenarios.resco import find_resco_configuration
 from dmil.seeding import stream
 
 CROSSING = ("--grid", "--grid.number", "1", "--grid.attach-length", "100", "-j", "traffic_light")

@@ -8,8 +8,8 @@ import pytest
 
 from dmil.demand import Vehicles
 from dmil.demand.sumo.beside import Beside
+from dmil.simulation.sumo.accounts import Outputs
 from dmil.simulation.sumo.files import OWN_KIND, RunFiles, options, write_routes
-from dmil.simulation.sumo.outputs import Outputs
 
 FILES = RunFiles(
     Path("some.net.xml"),

@@ -11,7 +11,7 @@ import pytest
 from dmil.network import grid
 from dmil.network.sumo import SumoSignals
 from dmil.scenarios import SignalTimes, scenario, signal_times
-from dmil.scenarios.resco import find_resco_configuration
+from dmil.scenarios.names import find_resco_configuration
 from dmil.simulation.sumo.programs import Plan, programs_xml, stages
 
 ITEM = grid(1, 1).intersections[0]

@@ -185,11 +185,6 @@ def switches(element: Element) -> dict[str, bool]:
     """Return the devices that an element's own parameters switch on or off (SUMO docs: Devices).
 
     ``has.NAME.device`` goes over ``device.NAME.probability``; any probability above 0 counts as on.
-
-    Parameters
-    ----------
-    element
-        A vehicle, a flow or a type.
     """
     found: dict[str, bool] = {}
     for prefix, suffix in (("device.", ".probability"), ("has.", ".device")):
@@ -213,10 +208,7 @@ def names_device(parameter: Element) -> bool:
 def kind_of_option(name: str, value: str) -> str:
     """Return the kind of what an option of ``sumo`` switches on, "" if nothing that acts (ours).
 
-    Parameters
-    ----------
-    name, value
-        Such as ``device.rerouting.probability`` and ``0.5``.
+    Name and value are such as ``device.rerouting.probability`` and ``0.5``.
     """
     device, _, way = name.removeprefix("device.").rpartition(".")
     on = _is_on(value) if way == "probability" else way == "explicit" and bool(value)
@@ -229,14 +221,9 @@ def acts_in_sumo(parameter: Element) -> bool:
 
 
 def without_acting(definition: Element, *, for_sumo: bool = False) -> Element:
-    """Return a vehicle type, or a distribution of types, without devices and without scales (ours).
+    """Return a copy of a vehicle type, or of a distribution, without devices and scales (ours).
 
-    Parameters
-    ----------
-    definition
-        The ``<vType>`` or ``<vTypeDistribution>``, which stays as it is.
-    for_sumo
-        Whether to keep the devices that SUMO alone acts on.
+    ``for_sumo`` keeps the devices that SUMO alone acts on.
     """
     kept = deepcopy(definition)
     for element in kept.iter():

@@ -1,4 +1,4 @@
-"""What SUMO runs beside the vehicles that both simulators drive: bicycles, trams, stops, rerouters.
+"""What SUMO runs beside the vehicles that both simulators drive: bicycles, trams, persons, stops.
 
 The queue simulator knows none of it. In SUMO it is traffic that others meet: nothing is measured of
 vehicles whose id is no number.
@@ -10,11 +10,12 @@ from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
-from xml.etree.ElementTree import Element, tostring
+from xml.etree.ElementTree import Element, SubElement
 
 from dmil.demand.sumo.acting import acts_in_sumo, names_device
 from dmil.demand.sumo.departures import Drawn, Listed
-from dmil.demand.sumo.entry import DemandEntry, seconds_of
+from dmil.demand.sumo.entry import DemandEntry, lines_of, seconds_of, text_of
+from dmil.demand.sumo.types import VehicleTypes
 
 PLACES = ("busStop", "trainStop", "containerStop", "chargingStation", "parkingArea")
 """Elements that stops name."""
@@ -72,13 +73,7 @@ class Stops:
         return any(name in each.attrib for each in self.elements for name in _SHIFTED)
 
     def lie_on(self, edges: Sequence[str]) -> bool:
-        """Tell whether a vehicle on a route comes past all of them, in their order (ours).
-
-        Parameters
-        ----------
-        edges
-            Of the route.
-        """
+        """Tell whether a vehicle on a route of these edges comes past all of them in order."""
         place = 0
         for edge in self.edges or ():
             if edge not in edges[place:]:
@@ -87,16 +82,10 @@ class Stops:
         return self.edges is not None
 
     def xml(self, later_s: float = 0.0) -> str:
-        """Return them as XML elements.
-
-        Parameters
-        ----------
-        later_s
-            How much later than the first of its flow the vehicle departs.
-        """
+        """Return them as XML elements for a vehicle that departs so much later than the first."""
         text = ""
         for each in self.elements:
-            text += _text(Element("stop", {**each.attrib, **_moved(each, later_s)}))
+            text += text_of(Element("stop", {**each.attrib, **_moved(each, later_s)}))
         return text
 
 
@@ -116,13 +105,13 @@ class Collector:
         element = entry.element
         if element.tag in PLACES:
             self._places[entry.id] = _edge(element.get("lane", ""))
-            self._definitions.append(_text(element))
+            self._definitions.append(text_of(element))
         elif element.tag in FOLLOWED:
             followed = deepcopy(element)
             if "file" in element.attrib:
                 folder = Path(entry.place.path).parent.resolve()
                 followed.set("file", str(folder / element.attrib["file"]))
-            self._acting.append(_text(followed))
+            self._acting.append(text_of(followed))
             for each in element.iter("routeProbReroute"):
                 self._use(each.get("id", ""))
         elif entry.id:
@@ -182,7 +171,7 @@ class Collector:
             if stops and stops.timed:
                 for stop in each.iter("stop"):
                     stop.attrib.update(_moved(stop, depart_s - first_s))
-            self._vehicles.append((depart_s, _text(each)))
+            self._vehicles.append((depart_s, text_of(each)))
 
     def _id(self, entry: DemandEntry) -> str:
         """Return an id that no other vehicle has: of a distribution several kinds share one."""
@@ -203,20 +192,14 @@ class Collector:
             element.set("end", f"{drawn.end_s:.3f}")
         else:
             element.set("number", str(drawn.number))
-        self._vehicles.append((drawn.begin_s, _text(element)))
+        self._vehicles.append((drawn.begin_s, text_of(element)))
 
     def found(self, types_xml: str, inner_xml: tuple[str, ...]) -> Beside:
-        """Return what was collected.
-
-        Parameters
-        ----------
-        types_xml, inner_xml
-            See `Beside`.
-        """
-        routes = [_text(self._routes[name]) for name in self._used]
+        """Return what was collected, together with the types and inner elements, see `Beside`."""
+        routes = [text_of(self._routes[name]) for name in self._used]
         return Beside(
-            definitions_xml=_lines([*self._definitions, *routes, *self._acting]),
-            vehicles_xml=_lines([text for _, text in sorted(self._vehicles, key=lambda v: v[0])]),
+            definitions_xml=lines_of([*self._definitions, *routes, *self._acting]),
+            vehicles_xml=lines_of([text for _, text in sorted(self._vehicles, key=lambda v: v[0])]),
             types_xml=types_xml,
             inner_xml=inner_xml,
         )
@@ -233,14 +216,9 @@ class Collector:
 
 
 def through(entry: DemandEntry, edges: Sequence[str]) -> DemandEntry:
-    """Return a trip that goes by way of its stops, as in SUMO; with a route it stays as it is.
+    """Return a trip that goes by way of the edges where it stops, as in SUMO.
 
-    Parameters
-    ----------
-    entry
-        A vehicle, trip or flow.
-    edges
-        Where it stops.
+    One with a route stays as it is.
     """
     if _has_route(entry.element):
         return entry
@@ -256,7 +234,7 @@ def through(entry: DemandEntry, edges: Sequence[str]) -> DemandEntry:
 
 def devices_xml(element: Element) -> str:
     """Return a vehicle's own parameters about devices that SUMO alone acts on (ours)."""
-    return "".join(_text(each) for each in element.findall("param") if acts_in_sumo(each))
+    return "".join(text_of(each) for each in element.findall("param") if acts_in_sumo(each))
 
 
 def _set_inside(element: Element, route: Element | None) -> None:
@@ -281,9 +259,67 @@ def _edge(lane: str) -> str:
     return lane.rpartition("_")[0]
 
 
-def _text(element: Element) -> str:
-    return tostring(element, encoding="unicode").strip()
+_WHO = frozenset({"id", "type", "depart", "departPos", "departPosLat", "speedFactor", "color"})
+_FLOW = (_WHO - {"depart"}) | {
+    *("begin", "end", "period", "perHour", "personsPerHour", "vehsPerHour", "probability", "number")
+}
+_WALK = frozenset(
+    {"edges", "from", "to", "fromJunction", "toJunction", "duration", "speed", "departPos"}
+    | {"departPosLat", "departLane", "arrivalPos", "arrivalPosLat"}
+)
+_WAIT = frozenset({"lane", "edge", "startPos", "endPos", "friendlyPos", "duration", "until"})
+_STAGES = {"walk": _WALK, "personTrip": _WALK, "stop": _WAIT | {"actType"}}
+"""What a person may do without a vehicle and without a place of an additional file."""
 
 
-def _lines(texts: Sequence[str]) -> str:
-    return "".join(f"{text}\n" for text in texts)
+class Persons:
+    """The persons of all files, who walk: vehicles meet them, and they wait for green (ours)."""
+
+    def __init__(self) -> None:
+        self._found: list[tuple[float, str]] = []
+        self._ids: set[str] = set()
+
+    @property
+    def xml(self) -> str:
+        """The elements in the order of departure, one a line, without a root element."""
+        ordered = sorted(self._found, key=lambda each: each[0])
+        return lines_of(text for _, text in ordered)
+
+    def take(self, entry: DemandEntry, types: VehicleTypes) -> str:
+        """Take up a ``<person>`` or ``<personFlow>``; return the kind of remark that it is.
+
+        That is ``person`` if it only walks, else ``person-elsewhere``: who rides, or goes to a stop
+        or a place of an additional file, is left out.
+
+        Raises
+        ------
+        DemandError
+            If there is another one of its id, its type is not defined before it, or a time is none.
+        """
+        name = entry.required("id")
+        if name in self._ids:
+            raise entry.error("there is another person of this id", mend="rename one of them")
+        self._ids.add(name)
+        if entry.get("type"):
+            types.of(entry)
+        element = _walking(entry)
+        if element is None:
+            return "person-elsewhere"
+        first_s = entry.seconds("depart" if element.tag == "person" else "begin", 0.0)
+        self._found.append((first_s or 0.0, text_of(element)))
+        return "person"
+
+
+def _walking(entry: DemandEntry) -> Element | None:
+    """Copy what is known of an element; None if it says more than walking."""
+    given = entry.element
+    known = _WHO if given.tag == "person" else _FLOW
+    stages = [child for child in given if child.tag != "param"]
+    if not stages or not known.issuperset(given.attrib) or given.get("depart") == "triggered":
+        return None
+    if any(not _STAGES.get(each.tag, frozenset()).issuperset(each.attrib) for each in stages):
+        return None
+    copy = Element(given.tag, given.attrib)
+    for each in stages:
+        SubElement(copy, each.tag, each.attrib)
+    return copy

@@ -42,14 +42,7 @@ class Stream:
     def draw(self, begin_s: float, horizon_s: int, rng: np.random.Generator) -> Vehicles:
         """Draw the departures, then the routes if there are several.
 
-        Parameters
-        ----------
-        begin_s
-            SUMO's second that is second 0 of the run.
-        horizon_s
-            End of the run in seconds after that.
-        rng
-            Stream of random numbers.
+        ``begin_s`` is SUMO's second that is second 0 of the run, which ends ``horizon_s`` after it.
         """
         times = self.departures.draw(begin_s + horizon_s, rng) - begin_s
         depart_s = np.ceil(np.round(times[times >= 0], 3))
@@ -170,10 +163,7 @@ class SumoDemand:
         """
         before = self.recorded.recorded
         routes = [ways.get(v, before.route(v)) for v in range(len(before))]
-        offset = np.zeros(len(routes) + 1, dtype=np.int32)
-        np.cumsum([len(route) for route in routes], out=offset[1:])
-        links = np.array([link for route in routes for link in route], dtype=np.int32)
-        after = replace(before, route_offset=offset, route_links=links)
+        after = in_order(before.depart_s, routes, before.kind)
         streams = [
             replace(each, choice=choices.get(number, each.choice))
             for number, each in enumerate(self.streams)

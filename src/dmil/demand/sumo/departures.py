@@ -42,13 +42,7 @@ class Quota:
         self._loaded = 0
 
     def times(self, scale: float) -> int:
-        """Return how often the next vehicle departs.
-
-        Parameters
-        ----------
-        scale
-            Product of the factors on it.
-        """
+        """Return how often the next vehicle departs under the product of the factors on it."""
         self._loaded += 1
         if scale == 1:
             return 1
@@ -138,15 +132,7 @@ class Drawn:
         return self.number * min(self.scale, 1)
 
     def draw(self, until_s: float, rng: np.random.Generator) -> FloatArray:
-        """Draw departures before a time, in order.
-
-        Parameters
-        ----------
-        until_s
-            End of the run; of a flow with a given number all are drawn.
-        rng
-            Stream of random numbers.
-        """
+        """Draw departures before a time, in order; of a flow with a given number all are drawn."""
         end_s = min(self.end_s, until_s)
         if self.each_second:
             return self._scaled(self._seconds(end_s, rng))
@@ -178,18 +164,7 @@ class Drawn:
 def within(departures: Listed | Drawn, window: Window) -> tuple[Listed | Drawn, int, int]:
     """Leave out the departures before the beginning and those at or after the end (ours).
 
-    Parameters
-    ----------
-    departures
-        Those of a vehicle or a flow.
-    window
-        The part of SUMO's time that is simulated.
-
-    Returns
-    -------
-    inside: Listed or Drawn
-    early, late: int
-        How many were left out; a flow that is drawn counts once.
+    Returns what is left, and how many were early and late; a flow that is drawn counts once.
     """
     begin_s = window.begin_s
     end_s = math.inf if window.end_s is None else window.end_s
@@ -213,14 +188,8 @@ class Turns:
 
     SUMO draws the kind of every vehicle anew in each run. Here it is settled once, since a way that
     was found for a bicycle is none for a car: evenly, so that in a run there are as many of each
-    kind as there are in the mean of SUMO's, to within one.
-
-    Parameters
-    ----------
-    shares
-        Probability of each kind.
-    window
-        Of the run; those outside it take turns of their own.
+    kind as there are in the mean of SUMO's, to within one. ``shares`` are the probabilities of the
+    kinds; departures outside the run's window take turns of their own.
     """
 
     def __init__(self, shares: Sequence[float], window: Window) -> None:
@@ -228,13 +197,7 @@ class Turns:
         self._owed, self._owed_outside = np.zeros((2, len(shares)))
 
     def share_out(self, departures: Listed | Drawn) -> list[Listed | Drawn]:
-        """Return the departures of each kind.
-
-        Parameters
-        ----------
-        departures
-            The next ones of all kinds together.
-        """
+        """Return the departures of each kind, out of the next ones of all kinds together."""
         kinds = range(len(self._shares))
         if isinstance(departures, Listed):
             begin_s, end_s = self._window.begin_s, self._window.end_s

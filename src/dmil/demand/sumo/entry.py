@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, tostring
 
 from dmil.errors import DemandError
 from dmil.network.xml_file import XmlPlace
@@ -15,15 +16,7 @@ LAST_S = 10**8
 
 @dataclass(frozen=True, slots=True)
 class DemandEntry:
-    """A vehicle, trip, flow, route or type as it stands in a file (ours).
-
-    Parameters
-    ----------
-    place
-        Where it begins.
-    element
-        The element with its children.
-    """
+    """A vehicle, trip, flow, route or type as it stands in a file, and where it begins (ours)."""
 
     place: XmlPlace
     element: Element
@@ -44,33 +37,26 @@ class DemandEntry:
         return self.element.get(name)
 
     def error(
-        self, problem: str, *, expected: str | None = None, mend: str | None = None
+        self,
+        problem: str,
+        *,
+        expected: str | None = None,
+        mend: str | None = None,
+        kind: type[DemandError] = DemandError,
     ) -> DemandError:
         """Make an error that names the file, the place in it and the element."""
         where = f"{self.place}: {self.element.tag} '{self.id}'"
-        return DemandError(problem, where=where, expected=expected, mend=mend)
+        return kind(problem, where=where, expected=expected, mend=mend)
 
     def required(self, name: str) -> str:
-        """Return an attribute that must be there.
-
-        Raises
-        ------
-        DemandError
-            If it is missing or empty.
-        """
+        """Return an attribute; a DemandError if it is missing or empty."""
         text = self.element.get(name)
         if not text:
             raise self.error(f"its attribute '{name}' is missing", mend=f'add {name}="…"')
         return text
 
     def number(self, name: str, *, least: float = 0.0, most: float = math.inf) -> float:
-        """Return an attribute as a finite number.
-
-        Raises
-        ------
-        DemandError
-            If it is missing, no number, or not from ``least`` to ``most``.
-        """
+        """Return an attribute as a number; a DemandError unless it is one within the limits."""
         text = self.required(name)
         try:
             value = float(text)
@@ -82,13 +68,7 @@ class DemandEntry:
         return value
 
     def seconds(self, name: str, default: float | None = None) -> float | None:
-        """Return an attribute as a time in seconds, a default if it is missing.
-
-        Raises
-        ------
-        DemandError
-            If it is no time.
-        """
+        """Return an attribute in seconds, a default if it is missing; a DemandError if no time."""
         text = self.element.get(name)
         if text is None:
             return default
@@ -102,17 +82,10 @@ class DemandEntry:
 
 
 def seconds_of(text: str) -> float | None:
-    """Return a time as SUMO writes it in seconds, rounded to ms as SUMO does (SUMO docs: Time).
+    """Return a time as SUMO writes it in seconds, None if it is no time (SUMO docs: Time).
 
-    Parameters
-    ----------
-    text
-        Such as ``25200``, ``7:00:00`` or ``1:00:00:00`` (days first).
-
-    Returns
-    -------
-    float or None
-        None if it is no time.
+    It is written such as ``25200``, ``7:00:00`` or ``1:00:00:00`` (days first), and rounded to ms
+    as SUMO does.
     """
     try:
         parts = [float(part) for part in text.split(":")]
@@ -122,3 +95,13 @@ def seconds_of(text: str) -> float | None:
         return None
     weights = (86400, 3600, 60, 1)[-len(parts) :]
     return round(sum(part * weight for part, weight in zip(parts, weights, strict=True)), 3)
+
+
+def text_of(element: Element) -> str:
+    """Return an element as it is written into a file."""
+    return tostring(element, encoding="unicode").strip()
+
+
+def lines_of(texts: Iterable[str]) -> str:
+    """Return elements one a line, without a root element."""
+    return "".join(f"{text}\n" for text in texts)

@@ -40,14 +40,7 @@ def departures_of_flow(
 ) -> Listed | Drawn | None:
     """Return when a flow's vehicles depart, None if that is no fixed time.
 
-    Parameters
-    ----------
-    entry
-        The flow.
-    window
-        The part of SUMO's time that is simulated.
-    scale
-        Factor on their number: they depart more often between the same two times.
+    Under a scale they depart more often between the same two times.
 
     Raises
     ------
@@ -108,11 +101,11 @@ def _end_s(entry: DemandEntry, begin_s: float, window: Window, *, needed: bool) 
     if end_s is None:
         if not needed:
             return math.inf
-        cause = entry.error(
+        raise entry.error(
             "it has no end, nor has the run",
             mend='add end="…" to it, or say how long a run lasts (--steps)',
+            kind=EndlessError,
         )
-        raise EndlessError(cause.problem, where=cause.where, mend=cause.mend)
     if end_s < begin_s:
         if entry.get("end") is None:  # it begins after the run
             return begin_s

@@ -11,12 +11,19 @@ import numpy as np
 
 from dmil.demand.recorded import FileDemand, in_order
 from dmil.demand.sumo.acting import DEFINITIONS, device_kinds, names_device, switches
-from dmil.demand.sumo.beside import FOLLOWED, PLACES, Collector, Stops, devices_xml, through
+from dmil.demand.sumo.beside import (
+    FOLLOWED,
+    PLACES,
+    Collector,
+    Persons,
+    Stops,
+    devices_xml,
+    through,
+)
 from dmil.demand.sumo.demand import Stream, SumoDemand
 from dmil.demand.sumo.departures import Drawn, Listed, Quota, Turns, Window, within
 from dmil.demand.sumo.entry import DemandEntry
 from dmil.demand.sumo.flows import departure_of_vehicle, departures_of_flow
-from dmil.demand.sumo.persons import Persons
 from dmil.demand.sumo.remarks import Remarks, nobody
 from dmil.demand.sumo.types import VehicleType, VehicleTypes
 from dmil.demand.sumo.ways import Ends, Unusable, Ways, ends_of
@@ -96,12 +103,7 @@ def read_sumo_routes(
 
 
 def has_vehicles(path: str | Path) -> bool:
-    """Tell whether a file defines vehicles, trips or flows (ours).
-
-    Parameters
-    ----------
-    path
-        A route file or an additional one.
+    """Tell whether a route file or an additional one defines vehicles, trips or flows (ours).
 
     Raises
     ------
@@ -289,13 +291,7 @@ class _Reading:
         self._remarks.add(kind, entry.id, count, place=road)
 
     def demand(self, where: str) -> SumoDemand:
-        """Return what was read.
-
-        Raises
-        ------
-        DemandError
-            If nothing is left.
-        """
+        """Return what was read; a DemandError if nothing is left."""
         if self._unknown and self._unknown_veh >= ANOTHER_NETWORK * self._total_veh:
             entry, road = self._unknown
             raise entry.error(

@@ -67,14 +67,9 @@ class DemandRemark:
 
 
 def remarks_on_options(options: Iterable[str], vehicles: int) -> tuple[DemandRemark, ...]:
-    """Return what there is to say of options of ``sumo`` that give vehicles devices (ours).
+    """Return what there is to say of options, as ``name=value``, that give vehicles devices (ours).
 
-    Parameters
-    ----------
-    options
-        Each as ``name=value``.
-    vehicles
-        How many there are, of which an option may give a device to some.
+    ``vehicles`` is how many there are, of which an option may give a device to some.
     """
     found = [(kind_of_option(*option.partition("=")[::2]), option) for option in options]
     return tuple(
@@ -85,10 +80,7 @@ def remarks_on_options(options: Iterable[str], vehicles: int) -> tuple[DemandRem
 def remarks_of(demand: object) -> tuple[DemandRemark, ...]:
     """Return what was left out of the files of a demand; nothing where there are none (ours).
 
-    Parameters
-    ----------
-    demand
-        Any; of days drawn from recorded ones, those.
+    Of days drawn from recorded ones these are the remarks on the record.
     """
     found: tuple[DemandRemark, ...] = getattr(getattr(demand, "base", demand), "remarks", ())
     return found
@@ -101,18 +93,9 @@ class Remarks:
         self._found: dict[str, tuple[int, str, str]] = {}
 
     def add(self, kind: str, example: str, count: int = 1, *, place: str = "") -> None:
-        """Count ``count`` more of a kind; the first example is kept.
+        """Count ``count`` more of a kind of `TEXTS`, which may be none; the first example is kept.
 
-        Parameters
-        ----------
-        kind
-            One of the keys of `TEXTS`.
-        example
-            Id of the vehicle, flow or definition.
-        count
-            How many it stands for, may be 0.
-        place
-            Edge or junction that it is about.
+        The example is an id; ``place`` is an edge or a junction that it is about.
         """
         before, *first = self._found.get(kind, (0, example, place))
         if count:
@@ -131,20 +114,10 @@ class Remarks:
 def nobody(
     where: str, window: Window, first_s: float, definitions: int, remarks: Sequence[DemandRemark]
 ) -> DemandError:
-    """Return the error that no vehicle is left (ours).
+    """Return the error that no vehicle is left of some definitions (ours).
 
-    Parameters
-    ----------
-    where
-        The files.
-    window
-        The part of SUMO's time that is simulated.
-    first_s
-        First departure of all that can be driven, infinite if there is none.
-    definitions
-        How many vehicles, trips and flows were read.
-    remarks
-        Why they were left out.
+    ``first_s`` is the first departure of all that can be driven, infinite if there is none; the
+    remarks say why the others were left out.
     """
     begin_s, end_s = window.begin_s, window.end_s
     if first_s < math.inf:

@@ -26,7 +26,7 @@ from dmil.errors import DemandError, MissingExtraError, OutputError
 from dmil.files import write_text_atomically
 from dmil.network import RoadNetwork
 from dmil.network.sumo.writer import sumo_program
-from dmil.network.xml_file import iter_elements
+from dmil.network.xml_file import attributes_xml, iter_elements
 from dmil.seeding import stream
 
 SEED = 23423
@@ -132,12 +132,7 @@ def routed_by_sumo(
 def with_remark(demand: SumoDemand, left: Sequence[Ends]) -> SumoDemand:
     """Return the demand with a remark about ways that are not those of the traffic (ours).
 
-    Parameters
-    ----------
-    demand
-        The demand.
-    left
-        From where to where those go, an element for each trip and each flow.
+    ``left`` has from where to where those go, an element for each trip and each flow.
     """
     if not left:
         return demand
@@ -190,10 +185,7 @@ def _vehicles_xml(demand: SumoDemand, network: RoadNetwork, horizon_s: int) -> I
     Ids of trips: see `Found`. What is random is drawn once.
     """
     names = [quoteattr(link.id)[1:-1] for link in network.links]
-    kinds = [
-        "".join(f" {name}={quoteattr(value)}" for name, value in kind.items())
-        for kind in demand.kinds
-    ]
+    kinds = [attributes_xml(kind) for kind in demand.kinds]
     rng = stream(SEED, "routing")
     drawn = [each.draw(demand.begin_s, horizon_s, rng) for each in demand.streams]
     parts = [demand.recorded.recorded, *drawn]
@@ -214,8 +206,7 @@ def _vehicles_xml(demand: SumoDemand, network: RoadNetwork, horizon_s: int) -> I
         ends = of_flow or (demand.trips.get(vehicle) if part == 0 else None)
         if ends is not None:
             name = f"{part - 1}/{vehicle}" if part else f"{vehicle}"
-            where = "".join(f" {name}={quoteattr(to)}" for name, to in ends)
-            yield f'<trip id="{name}" {start}{where}/>\n'
+            yield f'<trip id="{name}" {start}{attributes_xml(dict(ends))}/>\n'
         else:
             edges = " ".join(names[link] for link in vehicles.route(vehicle))
             yield f'<vehicle id="{part}.{vehicle}" {start}><route edges="{edges}"/></vehicle>\n'
@@ -223,13 +214,7 @@ def _vehicles_xml(demand: SumoDemand, network: RoadNetwork, horizon_s: int) -> I
 
 
 def _asked(net_file: Path, vehicles_xml: str, programs_xml: str, options: list[str]) -> Found:
-    """Run SUMO and return the ways of the trips.
-
-    Raises
-    ------
-    DemandError
-        If it fails.
-    """
+    """Run SUMO and return the ways of the trips; a DemandError if it fails."""
     program, environment = sumo_program("sumo")
     with tempfile.TemporaryDirectory(prefix="dmil-routes-") as folder:
         routes, output = Path(folder, "vehicles.rou.xml"), Path(folder, "ways.xml")

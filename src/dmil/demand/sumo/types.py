@@ -4,36 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from xml.etree.ElementTree import Element, tostring
+from xml.etree.ElementTree import Element
 
 from dmil.demand.sumo.acting import switches, without_acting
-from dmil.demand.sumo.entry import DemandEntry
-from dmil.network.permissions import ALL_CLASSES, OLD_NAMES, Classes
+from dmil.demand.sumo.entry import DemandEntry, lines_of, text_of
+from dmil.network.permissions import ALL_CLASSES, MOTOR_CLASSES, OLD_NAMES, Classes
 
 DEFAULT_TYPE = "DEFAULT_VEHTYPE"
 GAP_M = 2.5
 MOST_SCALE = 1000
 """More is a slip of the pen."""
 CLASS_LENGTH_M = {
-    "private": 5.0,
-    "emergency": 6.5,
-    "authority": 5.0,
-    "army": 5.0,
-    "vip": 5.0,
-    "passenger": 5.0,
-    "hov": 5.0,
-    "taxi": 5.0,
-    "bus": 12.0,
-    "coach": 14.0,
-    "delivery": 6.5,
-    "truck": 7.1,
-    "trailer": 16.5,
-    "motorcycle": 2.2,
-    "moped": 2.1,
-    "evehicle": 5.0,
-    "custom1": 5.0,
-    "custom2": 5.0,
-    "ignoring": 5.0,
+    **dict.fromkeys(MOTOR_CLASSES | {"ignoring"}, 5.0),
+    **{"emergency": 6.5, "bus": 12.0, "coach": 14.0, "delivery": 6.5, "truck": 7.1},
+    **{"trailer": 16.5, "motorcycle": 2.2, "moped": 2.1},
 }
 """SUMO's classes of road vehicles with a motor, and their default length
 (SUMO docs: Vehicle Type Parameter Defaults). The default gap in front of all is 2.5 m."""
@@ -88,12 +72,12 @@ class VehicleTypes:
     @property
     def xml_for_sumo(self) -> str:
         """The same with the devices that SUMO alone acts on."""
-        return "".join(f"{text}\n" for text in self._for_sumo)
+        return lines_of(self._for_sumo)
 
     @property
     def xml(self) -> str:
         """All definitions as XML elements, one a line, without a root element."""
-        return "".join(f"{text}\n" for text in self._definitions)
+        return lines_of(self._definitions)
 
     def define(self, entry: DemandEntry) -> None:
         """Take up a ``<vType>`` or ``<vTypeDistribution>``.
@@ -114,8 +98,8 @@ class VehicleTypes:
             self._types[name] = _type(entry)
         else:
             self._types[name] = self._distribution(entry, (definition, for_sumo))
-        self._definitions.append(_text(definition))
-        self._for_sumo.append(_text(for_sumo))
+        self._definitions.append(text_of(definition))
+        self._for_sumo.append(text_of(for_sumo))
 
     def of(self, entry: DemandEntry) -> VehicleType:
         """Return the type that a vehicle or flow names, SUMO's default if it names none.
@@ -230,7 +214,3 @@ def _type(entry: DemandEntry) -> VehicleType:
         scale=scale,
         devices=switches(entry.element),
     )
-
-
-def _text(element: Element) -> str:
-    return tostring(element, encoding="unicode").strip()

@@ -23,15 +23,7 @@ _ENDS = ("from", "to", "fromJunction", "toJunction", "via")
 
 @dataclass(frozen=True, slots=True)
 class Unusable:
-    """Why vehicles cannot drive a route (ours).
-
-    Parameters
-    ----------
-    kind
-        Kind of remark about it, see `dmil.demand.sumo.remarks.TEXTS`.
-    road
-        The edge or junction in question.
-    """
+    """Why vehicles cannot drive a route: the kind of remark, and the edge or junction (ours)."""
 
     kind: str
     road: str
@@ -47,13 +39,7 @@ def ends_of(entry: DemandEntry) -> Ends | None:
 
 
 class Ways:
-    """Finds the routes of vehicles on a network (ours).
-
-    Parameters
-    ----------
-    network
-        The roads.
-    """
+    """Finds the routes of vehicles on a network (ours)."""
 
     def __init__(self, network: RoadNetwork) -> None:
         self._network = network

@@ -27,21 +27,8 @@ def conflict_free_phases(
     opens the same ones and serves more, unless a movement needs it. Equal sets are taken together
     or not at all, so that a symmetric intersection gets symmetric phases.
 
-    Parameters
-    ----------
-    movements
-        All movements of the intersection.
-    conflicts
-        Pairs of them that cross.
-    wanted
-        Those that the phases are made of.
-    need
-        Those that must be in a phase; if given, only the phases that they need are returned.
-
-    Returns
-    -------
-    tuple of frozenset
-        At most 16 phases, or as many as it takes to serve every movement.
+    The phases are made of the wanted movements, at most 16, or as many as it takes to serve every
+    one. If ``need`` is given, only the phases that those movements need are returned.
     """
     friends = {
         i: {j for j in wanted if j != i and (i, j) not in conflicts and (j, i) not in conflicts}

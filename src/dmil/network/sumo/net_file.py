@@ -12,7 +12,7 @@ from xml.etree.ElementTree import Element, SubElement
 from dmil.errors import MissingExtraError, NetworkError
 from dmil.network.lines import Point
 from dmil.network.permissions import ALL_CLASSES, MOTOR_CLASSES, Classes, Permissions, permitted
-from dmil.network.sumo.net_records import Connection, CrossingRecord, Edge, NetFile
+from dmil.network.sumo.records import Connection, CrossingRecord, Edge, NetFile
 from dmil.network.sumo.signal_programs import SignalPrograms
 from dmil.network.xml_file import XmlWalk
 

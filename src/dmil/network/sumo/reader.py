@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
 from typing import Literal
@@ -14,17 +13,11 @@ from dmil.network.checks import check_network
 from dmil.network.lines import Point
 from dmil.network.model import Intersection, Junction, Link, RoadNetwork
 from dmil.network.naming import phase_name
-from dmil.network.permissions import (
-    ClassCounts,
-    driven,
-    makes_no_difference,
-)
+from dmil.network.permissions import ClassCounts, driven, makes_no_difference
 from dmil.network.sumo.net_file import read_net_file
-from dmil.network.sumo.net_records import Connection, Logic, NetFile
-from dmil.network.sumo.plan import plan_of
-from dmil.network.sumo.records import Remark, SumoNetwork, SumoSignals
+from dmil.network.sumo.plan import crossings_of, plan_of, walk_of
+from dmil.network.sumo.records import Connection, Logic, NetFile, Remark, SumoNetwork, SumoSignals
 from dmil.network.sumo.suspicions import remarks_on
-from dmil.network.sumo.walks import crossings_of, walk_of
 from dmil.network.sumo.ways import crossing, gives_way, letters_of, ways_at
 
 Phases = Literal["program", "derived"]
@@ -87,13 +80,6 @@ def driven_by(roads: SumoNetwork, vehicles: ClassCounts) -> SumoNetwork:
     A lane counts where at least a third may use it of the vehicles that may go there at all, see
     `dmil.network.permissions.driven`: so a bus lane is no second lane for cars, and green for its
     own signal is no green for them. Links, movements and their order stay as they are.
-
-    Parameters
-    ----------
-    roads
-        From `read_sumo_network`.
-    vehicles
-        How many there are of which classes.
     """
     file = roads.file
     lanes = (each for edge in file.edges.values() for each in edge.permitted)
@@ -205,7 +191,6 @@ def _intersection(
     return intersection, SumoSignals(logic.id, plan.states, links, letters), remarks
 
 
-@dataclass(slots=True, init=False)
 class _Nodes:
     """Which junctions make up which node.
 
@@ -223,12 +208,6 @@ class _Nodes:
         What was left aside.
     """
 
-    logics: tuple[Logic, ...]
-    of: dict[str, str]
-    connections: dict[str, list[Connection]]
-    position_m: dict[str, Point]
-    remarks: list[Remark]
-
     def __init__(self, file: NetFile) -> None:
         self.remarks = [
             Remark(
@@ -243,8 +222,8 @@ class _Nodes:
         owner = self._owners(file)
         self.logics = tuple(logic for logic in file.logics if logic.id in owner.values())
         names = {logic.id for logic in self.logics}
-        self.of = {}
-        self.connections = {}
+        self.of: dict[str, str] = {}
+        self.connections: dict[str, list[Connection]] = {}
         places: dict[str, list[Point]] = {}
         used = {edge.start: None for edge in file.edges.values()}
         used |= {edge.end: None for edge in file.edges.values()}

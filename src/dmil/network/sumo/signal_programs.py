@@ -13,7 +13,7 @@ from pathlib import Path
 from xml.etree.ElementTree import Element, tostring
 
 from dmil.errors import NetworkError
-from dmil.network.sumo.net_records import Logic, StageRecord
+from dmil.network.sumo.records import Logic, StageRecord
 from dmil.network.xml_file import XmlPlace, iter_elements
 
 OFF = "off"
@@ -28,7 +28,6 @@ _READ = ("tlLogic", "WAUT", "wautJunction")
 class _Timetable:
     begin: str
     switches: list[tuple[float, str]]
-    period_s: float
 
     def at(self, begin_s: float) -> tuple[str, tuple[tuple[float, str], ...]]:
         """Return the program at a time and what follows, as SUMO does: the switch after it says."""
@@ -41,10 +40,7 @@ class _Timetable:
 class SignalPrograms:
     """The programs of all signals, in the order in which SUMO would load them (ours).
 
-    Parameters
-    ----------
-    begin_s
-        SUMO's time at which a run begins.
+    ``begin_s`` is SUMO's time at which a run begins.
     """
 
     begin_s: float = 0.0
@@ -136,7 +132,7 @@ class SignalPrograms:
             when_s = reference_s + _time_s(child.attrib["time"])
             switches.append((when_s % period_s if period_s > 0 else when_s, child.attrib["to"]))
         begin = element.get("startProg", "")
-        self._timetables[element.attrib["id"]] = _Timetable(begin, switches, period_s)
+        self._timetables[element.attrib["id"]] = _Timetable(begin, switches)
 
     def _follow(self, element: Element, place: XmlPlace | str) -> None:
         name, signal = element.attrib["wautID"], element.attrib["junctionID"]
@@ -159,13 +155,7 @@ class SignalPrograms:
         """Return the program of every signal that is in charge when a run begins.
 
         Signals of trains are left out. One that is switched off has the stages of its last program.
-
-        Parameters
-        ----------
-        longest_letter
-            Greatest index into its state strings that a connection names, by signal.
-        path
-            The network's file, for errors.
+        ``longest_letter`` is by signal the greatest index into its states that a connection names.
 
         Raises
         ------

@@ -1,13 +1,15 @@
-"""What is suspicious about a controller and its program: readable, but a user should know."""
+"""What is suspicious about a controller and its program, and greens that conflict."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
 
-from dmil.network.sumo.conflicts import clashing, foes_of
-from dmil.network.sumo.net_records import Logic, NetFile
+from dmil.network.sumo.net_file import read_net_file
 from dmil.network.sumo.plan import NO_SEQUENCE, Links, SignalPlan, going, is_action, others_go
-from dmil.network.sumo.records import Remark
+from dmil.network.sumo.records import Connection, Logic, NetFile, Remark
 from dmil.network.sumo.ways import SumoMovements
 
 LONGEST_ALL_RED_S = 10.0
@@ -17,21 +19,7 @@ LONGEST_ALL_RED_S = 10.0
 def remarks_on(
     logic: Logic, ways: SumoMovements, links: Links, plan: SignalPlan, file: NetFile
 ) -> Iterator[Remark]:
-    """Look for what is suspicious about one controller (ours).
-
-    Parameters
-    ----------
-    logic
-        Its program.
-    ways
-        Its movements.
-    links
-        For every movement its indices into the state strings.
-    plan
-        What was made of it.
-    file
-        The file.
-    """
+    """Look for what is suspicious about one controller, and what was made of its program (ours)."""
     place = f"{file.path}: tlLogic {logic.id}"
     if len(logic.programs) > 1:
         yield Remark(
@@ -133,13 +121,71 @@ def _on_greens(logic: Logic, ways: SumoMovements, file: NetFile, place: str) -> 
     for state in dict.fromkeys(stage.state for stage in logic.stages):
         clash = clashing(state, pairs)
         if clash:
-            one, other = clash[0]
             more = f", and {len(clash) - 1} more pairs" if len(clash) > 1 else ""
             yield Remark(
                 "conflicting-greens",
                 place,
-                f"in {state} the movements {one.from_edge} to {one.to_edge} (letter {one.letter}) "
-                f"and {other.from_edge} to {other.to_edge} (letter {other.letter}) cross or merge, "
-                f"and both have priority{more}",
+                f"{Clash(logic.id, state, *clash[0])}{more}",
                 "write g for the one that yields, or r",
             )
+
+
+Pair = tuple[Connection, Connection]
+
+
+def foes_of(signal: str, file: NetFile, connections: Iterable[Connection]) -> list[Pair]:
+    """Return the pairs of ways under one controller that cross or merge (ours).
+
+    The connections may be those of other controllers too.
+    """
+    rows = {(way.junction, way.row): way for way in connections if way.signal == signal}
+    return [
+        (one, other)
+        for (key, one), (key_, other) in combinations(rows.items(), 2)
+        if key[0] == key_[0] and key_[1] in file.foes.get(key, ())
+    ]
+
+
+def clashing(state: str, foes: Iterable[Pair]) -> list[Pair]:
+    """Return the pairs of ways that both have the right of way, ``G``, in a state (ours)."""
+    return [pair for pair in foes if all(state[way.letter] == "G" for way in pair)]
+
+
+@dataclass(frozen=True, slots=True)
+class Clash:
+    """Two movements that have the right of way at once in a state, though they conflict (ours)."""
+
+    signal: str
+    state: str
+    one: Connection
+    other: Connection
+
+    def __str__(self) -> str:
+        ways = " and ".join(
+            f"{way.from_edge} to {way.to_edge} (letter {way.letter})"
+            for way in (self.one, self.other)
+        )
+        return f"in {self.state} the movements {ways} cross or merge, and both have priority"
+
+
+def first_clash(net_file: str | Path, shown: dict[str, list[str]]) -> Clash | None:
+    """Check the states that controllers are to show against the matrices of right of way (ours).
+
+    Lanes of one movement that merge are no clash: their drivers come from one road.
+
+    Raises
+    ------
+    NetworkError
+        If the network cannot be read.
+    """
+    file = read_net_file(net_file)
+    for signal, states in shown.items():
+        foes = [
+            (one, other)
+            for one, other in foes_of(signal, file, file.connections)
+            if (one.from_edge, one.to_edge) != (other.from_edge, other.to_edge)
+        ]
+        for state in dict.fromkeys(states):
+            for one, other in clashing(state, foes):
+                return Clash(signal, state, one, other)
+    return None

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from dmil.network.lines import heading
 from dmil.network.model import TURNS, Movement, Turn
 from dmil.network.naming import approach_names, order_counter_clockwise
 from dmil.network.permissions import ClassCounts, driven
-from dmil.network.sumo.net_records import Connection, Edge, NetFile
+from dmil.network.sumo.records import Connection, Edge, NetFile
 
 _TURN: dict[str, Turn] = {
     "r": "right",
@@ -56,14 +56,7 @@ def ways_at(
 ) -> SumoMovements:
     """Put the connections at a node together to movements and order them (ours).
 
-    Parameters
-    ----------
-    connections
-        Those at the node's junctions.
-    edges
-        All edges by id.
-    vehicles
-        Who drives, which decides in which lanes; None where that is not known.
+    Who drives decides in which lanes; None where that is not known.
     """
     joined: dict[tuple[str, str], list[Connection]] = {}
     for way in connections:
@@ -100,15 +93,7 @@ def ways_at(
 
 
 def letters_of(groups: Groups, signal: str) -> tuple[tuple[int, ...], ...]:
-    """Return for every movement its indices into the state strings of a controller (ours).
-
-    Parameters
-    ----------
-    groups
-        Connections of every movement.
-    signal
-        The controller.
-    """
+    """Return for every movement its indices into the state strings of a controller (ours)."""
     return tuple(
         tuple(sorted({way.letter for way in group if way.signal == signal})) for group in groups
     )
@@ -117,12 +102,8 @@ def letters_of(groups: Groups, signal: str) -> tuple[tuple[int, ...], ...]:
 def crossing(ways: SumoMovements, file: NetFile) -> tuple[Pairs, bool]:
     """Find the movements whose paths cross, from the junctions' ``foes`` (ours).
 
-    Returns
-    -------
-    frozenset of tuple
-        Pairs (i, j), i < j. Where a matrix is missing, roads conflict with each other.
-    bool
-        Whether all matrices are there.
+    Returns pairs (i, j), i < j, and whether all matrices are there. Where one is missing, roads
+    conflict with each other.
     """
     complete = all(
         (way.junction, way.row) in file.foes for group in ways.connections for way in group
@@ -145,25 +126,11 @@ def gives_way(
 
     As in SUMO, who has ``G`` yields to nobody; who has ``g``, a letter for a turn on red, or no
     signal yields to those that the matrix names, if they may go at the same time. Lanes that the
-    vehicles do not use count for nothing.
+    vehicles do not use count for nothing. ``states`` are all that the controller can show; at a
+    junction without one its name is empty.
 
-    Parameters
-    ----------
-    ways
-        The movements.
-    file
-        The file.
-    signal
-        The controller; empty at a junction without.
-    states
-        All states that it can show.
-
-    Returns
-    -------
-    tuple of tuple
-        For every movement the others. Nobody yields in a circle: where the matrix has one, only
-        those who yield to more others yield to those who yield to fewer; without a controller
-        two may yield to each other, which take turns.
+    Nobody yields in a circle: where the matrix has one, only those who yield to more others yield
+    to those who yield to fewer; without a controller two may yield to each other, which take turns.
     """
     shown = {
         (way.junction, way.row): way.letter if way.signal and way.signal == signal else None
@@ -181,7 +148,7 @@ def gives_way(
     yields: list[set[int]] = [set() for _ in ways.movements]
     for i, j in _related(ways.driven, response):
         yields[i].add(j)
-    reaches = [_reached(i, yields) for i in range(len(yields))]
+    reaches = [reached([i], yields) for i in range(len(yields))]
     return tuple(
         tuple(
             sorted(
@@ -196,11 +163,15 @@ def gives_way(
     )
 
 
-def _reached(start: int, yields: list[set[int]]) -> set[int]:
+def reached(begin: Iterable[int], following: Sequence[Iterable[int]]) -> set[int]:
+    """Return what comes after some places, at once or later: of them those that are come back to.
+
+    ``following`` has for every place those that come next.
+    """
     found: set[int] = set()
-    left = [start]
+    left = list(begin)
     while left:
-        new = yields[left.pop()] - found
+        new = set(following[left.pop()]) - found
         found |= new
         left += new
     return found

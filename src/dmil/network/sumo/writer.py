@@ -1,4 +1,4 @@
-"""Writer of SUMO road networks: plain XML of nodes, edges, connections, signals; netconvert."""
+"""Writer of SUMO road networks and their signals' states: plain XML, and netconvert."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 from dmil.errors import MissingExtraError, NetworkError
-from dmil.network.model import TURNS, Link, Movement, RoadNetwork
+from dmil.network.model import TURNS, Intersection, Link, Movement, RoadNetwork
+from dmil.network.program import Stage
 from dmil.network.sumo.records import SumoSignals
-from dmil.network.sumo.states import signals_of, stages_of
+from dmil.network.xml_file import attributes_xml
 
 LEAST_LENGTH_M = 0.2
 """SUMO has no shorter lanes."""
@@ -88,12 +88,7 @@ def write_sumo_network(network: RoadNetwork, folder: str | Path) -> WrittenNetwo
 
 
 def sumo_program(name: str) -> tuple[Path, dict[str, str]]:
-    """Return a program of the installed SUMO, and the environment that it wants (ours).
-
-    Parameters
-    ----------
-    name
-        Such as ``netconvert``.
+    """Return a program of the installed SUMO, such as ``netconvert``, and its environment (ours).
 
     Raises
     ------
@@ -111,9 +106,7 @@ class _Names:
     """Ids that SUMO takes, for nodes and links, and the lanes counted from the right."""
 
     def __init__(self, network: RoadNetwork) -> None:
-        intersections = [item.id for item in network.intersections]
-        junctions = [item.id for item in network.junctions]
-        self.node = _valid([*intersections, *junctions, *network.fringe])
+        self.node = _valid([*(item.id for item in network.nodes), *network.fringe])
         self.link = _valid(link.id for link in network.links)
         self.lanes = {link.id: link.lanes for link in network.links}
         self._reversed = _reversed_links(network)
@@ -141,9 +134,9 @@ def _valid(ids: Iterable[str]) -> dict[str, str]:
 def _reversed_links(network: RoadNetwork) -> set[str]:
     """Return the links whose lanes are counted from the left, as CityFlow does."""
     leftward: Counter[str] = Counter()
-    for movements in _movements(network):
-        for first in movements:
-            for second in movements:
+    for node in network.nodes:
+        for first in node.movements:
+            for second in node.movements:
                 turns = TURNS.index(first.turn) - TURNS.index(second.turn)
                 if first.from_link == second.from_link and turns < 0:
                     leftward[first.from_link] += _side(second) - _side(first)
@@ -153,13 +146,6 @@ def _reversed_links(network: RoadNetwork) -> set[str]:
         for link in network.links
         if leftward[link.id] < 0 or (mostly and leftward[link.id] == 0)
     }
-
-
-def _movements(network: RoadNetwork) -> list[tuple[Movement, ...]]:
-    return [
-        *(item.movements for item in network.intersections),
-        *(item.movements for item in network.junctions),
-    ]
 
 
 def _side(movement: Movement) -> int:
@@ -212,12 +198,12 @@ def _length_m(link: Link) -> float:
 
 
 def _connections(network: RoadNetwork, names: _Names) -> list[str]:
-    lines = []
-    for movements in _movements(network):
-        for movement in movements:
-            for lane, target in _lane_pairs(movement, names):
-                lines.append(_connection(movement, lane, target, names))
-    return lines
+    return [
+        _connection(movement, lane, target, names)
+        for node in network.nodes
+        for movement in node.movements
+        for lane, target in _lane_pairs(movement, names)
+    ]
 
 
 def _lane_pairs(movement: Movement, names: _Names) -> list[tuple[int, int]]:
@@ -255,7 +241,7 @@ def _programs(network: RoadNetwork, names: _Names, signals: Sequence[SumoSignals
 
 
 def _element(tag: str, **attributes: object) -> str:
-    return f"<{tag}{''.join(f' {k}={quoteattr(str(v))}' for k, v in attributes.items())}/>"
+    return f"<{tag}{attributes_xml(attributes)}/>"
 
 
 def _write(file: Path, root: str, lines: Iterable[str]) -> None:
@@ -283,3 +269,67 @@ def _netconvert(folder: Path, net_file: Path, where: str) -> None:
         raise NetworkError(
             f"netconvert refuses it: {' / '.join(said) or done.stderr.strip()}", where=where
         )
+
+
+GREEN_S, YELLOW_S = 20.0, 3.0
+"""Stages of the program of an intersection that has none of its own."""
+
+
+def signals_of(item: Intersection, name: str) -> SumoSignals:
+    """Return a state string for every phase, with one letter per lane of a movement (ours)."""
+    first, links = 0, []
+    for movement in item.movements:
+        links.append(tuple(range(first, first + len(movement.lanes))))
+        first += len(movement.lanes)
+    states = tuple(_state(item, phase) for phase in item.phases)
+    return SumoSignals(name, states, tuple(links))
+
+
+def _state(item: Intersection, green: frozenset[int], losing: frozenset[int] = frozenset()) -> str:
+    """Return the state in which some movements have green and some yellow."""
+    letters = []
+    for j, movement in enumerate(item.movements):
+        if j in item.unsignalled or (j in green and _yields(item, j, green)):
+            letter = "g"
+        elif j in green:
+            letter = "G"
+        else:
+            letter = "y" if j in losing else "r"
+        letters += [letter] * len(movement.lanes)
+    return "".join(letters)
+
+
+def _yields(item: Intersection, j: int, green: frozenset[int]) -> bool:
+    """Whether a movement gives way to another one that has green in the same phase."""
+    if item.gives_way:
+        return not green.isdisjoint(item.gives_way[j])
+    movement = item.movements[j]
+    others = [item.movements[k] for k in green if item.movements[k].approach != movement.approach]
+    if movement.turn == "straight":
+        return False
+    return any(
+        other.to_link == movement.to_link or (movement.turn != "right" and other.turn == "straight")
+        for other in others
+    )
+
+
+def stages_of(item: Intersection) -> list[tuple[float, str]]:
+    """Return durations in s and states of the own program, or of each phase in turn (ours).
+
+    A green that no clearance follows ends with yellow.
+    """
+    if item.program:
+        stages = list(item.program.stages)
+    else:
+        stages = [Stage(GREEN_S + YELLOW_S, phase) for phase in item.phases]
+    result = []
+    for k, stage in enumerate(stages):
+        before, after = stages[k - 1], stages[(k + 1) % len(stages)]
+        losing = before.green - stage.green if stage.clearance else frozenset()
+        ends = stage.green - after.green
+        abrupt = bool(ends) and not stage.clearance and not after.clearance
+        yellow_s = YELLOW_S if abrupt and stage.duration_s > YELLOW_S else 0.0
+        result.append((stage.duration_s - yellow_s, _state(item, stage.green, losing)))
+        if yellow_s:
+            result.append((yellow_s, _state(item, stage.green & after.green, ends)))
+    return result

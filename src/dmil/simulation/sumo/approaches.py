@@ -1,4 +1,4 @@
-"""Which movement a vehicle comes to next, and how far it is from that stop line."""
+"""Which stop line a vehicle comes to next, how far it is, and how many have crossed each."""
 
 from __future__ import annotations
 
@@ -64,15 +64,8 @@ def rerouted(
 ) -> RouteGeometry:
     """Return the ways after SUMO has sent some vehicles elsewhere (ours).
 
-    Parameters
-    ----------
-    network
-        The roads.
-    ways
-        Those before.
-    routes
-        Number of a vehicle to the ids of the edges that SUMO says it drives, from its first. One
-        that the network does not have for vehicles counts as a link on which nobody is counted.
+    ``routes`` has the ids of the edges that SUMO says a vehicle drives, from its first. One that
+    the network does not have for vehicles counts as a link on which nobody is counted.
     """
     known, elsewhere = network.link_index, len(network.links)
     links = [[known.get(edge, elsewhere) for edge in edges] for edges in routes.values()]
@@ -159,13 +152,7 @@ def count_vehicles(
 
 @kernel
 def reached_stop_lines(ways: RouteGeometry, seen: FloatArray) -> int:
-    """Return how many links to a governed movement the vehicles have come to, in all (ours).
-
-    Parameters
-    ----------
-    ways, seen
-        See `count_vehicles`.
-    """
+    """Return how many links to a governed movement the vehicles have come to, in all (ours)."""
     reached = 0
     for k in range(seen.shape[1]):
         place = _place(ways, seen, k)
@@ -211,15 +198,7 @@ def _place(ways: RouteGeometry, seen: FloatArray, k: int) -> int:
 
 
 def passed_in_all(ways: RouteGeometry, vehicle: LongArray) -> int:
-    """Return how many governed movements lie on the routes of vehicles, in all (ours).
-
-    Parameters
-    ----------
-    ways
-        Routes of all vehicles.
-    vehicle: (those asked for,) int64
-        Their numbers.
-    """
+    """Return how many governed movements lie on the routes of some vehicles, in all (ours)."""
     return int(ways.passed[ways.offset[ways.route[vehicle] + 1] - 1].sum())
 
 
@@ -227,7 +206,9 @@ def _movements(network: RoadNetwork, offset: LongArray, link: LongArray) -> Long
     """Return the governed movement at the end of every link of every route; −1 if none."""
     width = max(len(item.movements) for item in network.intersections)
     links = len(network.links) + 1
-    pairs = {a * links + b: i * width + j for (a, b), (i, j) in _sorted_pairs(network)}
+    pairs = {
+        a * links + b: i * width + j for (a, b), (i, j) in sorted(network.movement_index.items())
+    }
     keys = np.fromiter(pairs.keys(), np.int64, len(pairs))
     movements = np.fromiter(pairs.values(), np.int64, len(pairs))
     wanted = link * links
@@ -237,5 +218,39 @@ def _movements(network: RoadNetwork, offset: LongArray, link: LongArray) -> Long
     return np.where(keys[found] == wanted, movements[found], -1)
 
 
-def _sorted_pairs(network: RoadNetwork) -> list[tuple[tuple[int, int], tuple[int, int]]]:
-    return sorted(network.movement_index.items())
+class Crossings:
+    """Follows all vehicles of a run, of which there are ``vehicles``, along their routes (ours).
+
+    They are seen at decisions only: one that enters and arrives between two of them is missed.
+    """
+
+    def __init__(self, vehicles: int) -> None:
+        self._links_behind = np.zeros(vehicles, np.int64)
+        self._there = np.zeros(vehicles, np.bool_)
+
+    def see(self, ways: RouteGeometry, seen: FloatArray) -> None:
+        """Take in where the vehicles of the network are, see `count_vehicles`."""
+        vehicle, links = seen[0].astype(np.int64), np.diff(ways.offset)[ways.route]
+        there = np.zeros_like(self._there)
+        there[vehicle] = True
+        # Who is not there any more has arrived. (Or SUMO teleports it; then it soon is back.)
+        gone = self._there & ~there
+        self._links_behind[gone] = links[gone]
+        # On a junction its stop line is crossed: what counts is the link behind it.
+        behind = seen[1].astype(np.int64) + seen[4].astype(np.int64)
+        self._links_behind[vehicle] = np.minimum(behind, links[vehicle] - 1)
+        self._there = there
+
+    def counted(
+        self, ways: RouteGeometry, intersections: int, movements: int
+    ) -> npt.NDArray[np.int64]:
+        """Return the vehicles that have crossed, by intersection: (intersections,) int64.
+
+        ``movements`` is the number of movements of the intersection with the most.
+        """
+        # Of a route that SUMO has replaced nothing counts: the new one begins with its past.
+        links_behind = np.zeros(ways.offset.size - 1, np.int64)
+        links_behind[ways.route] = self._links_behind
+        behind = np.repeat(ways.offset[:-1] + links_behind, np.diff(ways.offset))
+        crossed = ways.own & (np.arange(ways.movement.size) < behind)
+        return np.bincount(ways.movement[crossed] // movements, minlength=intersections)

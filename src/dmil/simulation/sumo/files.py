@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
-from xml.sax.saxutils import escape, quoteattr
+from xml.sax.saxutils import escape
 
 from dmil.demand import Vehicles
 from dmil.demand.sumo.beside import NOTHING, Beside
 from dmil.network.sumo import SumoSignals, write_sumo_network
+from dmil.network.xml_file import attributes_xml
 from dmil.scenarios import Scenario
 
 Model = Literal["micro", "meso"]
@@ -64,13 +65,6 @@ class RunFiles:
 
 def run_files(scenario: Scenario, folder: Path) -> RunFiles:
     """Return the scenario's own files of SUMO, or write its network as such (ours).
-
-    Parameters
-    ----------
-    scenario
-        The scenario.
-    folder
-        Where to write.
 
     Raises
     ------
@@ -140,13 +134,7 @@ def options(
 
 
 def together(chosen: Sequence[str], further: Sequence[str]) -> list[str]:
-    """Return options of ``sumo`` and more of them; of both, additional files are loaded (ours).
-
-    Parameters
-    ----------
-    chosen, further
-        Options and their values.
-    """
+    """Return options of ``sumo`` and more of them; of both, additional files are loaded (ours)."""
     name = "--additional-files"
     joined = list(chosen)
     if name in joined and name in further:
@@ -159,8 +147,8 @@ def together(chosen: Sequence[str], further: Sequence[str]) -> list[str]:
 
 def write_routes(file: Path, vehicles: Vehicles, files: RunFiles) -> None:
     """Write vehicles for SUMO; their ids are their numbers (ours)."""
-    attributes = [_attributes(kind) for kind in files.kinds]
-    own, inner = _attributes(OWN_KIND), files.beside.inner_xml or ("",) * len(files.kinds)
+    attributes = [attributes_xml(kind) for kind in files.kinds]
+    own, inner = attributes_xml(OWN_KIND), files.beside.inner_xml or ("",) * len(files.kinds)
     depart_s = (vehicles.depart_s + files.begin_s).tolist()
     offset = vehicles.route_offset.tolist()
     names = [escape(edge, {'"': "&quot;"}) for edge in files.edges]
@@ -176,7 +164,3 @@ def write_routes(file: Path, vehicles: Vehicles, files: RunFiles) -> None:
                 f'<route edges="{links}"/>{"" if kind is None else inner[kind[v]]}</vehicle>\n'
             )
         text.write("</routes>\n")
-
-
-def _attributes(kind: Mapping[str, str]) -> str:
-    return "".join(f" {name}={quoteattr(value)}" for name, value in kind.items())

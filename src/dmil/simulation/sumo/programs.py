@@ -10,8 +10,7 @@ from xml.sax.saxutils import quoteattr
 from dmil.network import Intersection, RoadNetwork
 from dmil.network.sumo import SumoSignals
 from dmil.scenarios import SignalTimes
-from dmil.scenarios.timing import dont_walk_s
-from dmil.simulation.sumo.signals import cleared, stopped
+from dmil.simulation.sumo.signals import cleared, setting_out, stopped
 
 PROGRAM_ID = "dmil"
 
@@ -36,21 +35,9 @@ def programs_xml(
 ) -> str:
     """Return plans for SUMO; loaded last, they are what its signals show (SUMO's documentation).
 
-    Several plans are switched between by a WAUT, SUMO's timetable of programs.
-
-    Parameters
-    ----------
-    timetable
-        The plans.
-    network
-        The intersections. The offset of one's own program is kept; without one a cycle begins with
-        its plan.
-    signals
-        How SUMO shows the phases, one per intersection.
-    times
-        What stands between two phases.
-    begin_s
-        SUMO's second that is second 0.
+    Several plans are switched between by a WAUT, SUMO's timetable of programs. The offset of an
+    intersection's own program is kept; without one a cycle begins with its plan. ``begin_s`` is
+    SUMO's second that is second 0.
     """
     names = [PROGRAM_ID if k == 0 else f"{PROGRAM_ID}-{k}" for k in range(len(timetable))]
     lines = ["<additional>"]
@@ -85,14 +72,7 @@ def stages(
 ) -> list[tuple[int, str]]:
     """Return seconds and state of every stage of a plan, clearance included (ours).
 
-    Parameters
-    ----------
-    heads, plan
-        Of one intersection; a green with pedestrians is long enough for them.
-    times
-        Signal timing.
-    item, i
-        The intersection, and its index in the signal timing.
+    A green with pedestrians is long enough for them; ``i`` is the intersection's index.
     """
     found = []
     turns = pairwise([*plan.phases, plan.phases[0]])
@@ -102,7 +82,7 @@ def stages(
             found.append((green_s, old))
         else:
             since_s = 0
-            for end_s, letters in _walk_ends(heads, green_s, times, item, i, before):
+            for end_s, letters in setting_out(heads, green_s, times, item, i, before):
                 found.append((end_s - since_s, old))
                 old, since_s = stopped(old, letters), end_s
             if green_s > since_s:
@@ -112,15 +92,3 @@ def stages(
             between = ((yellow_s, "y"), (all_red_s, "r"))
             found += [(s, cleared(old, new, losing)) for s, losing in between if s]
     return found
-
-
-def _walk_ends(
-    heads: SumoSignals, green_s: int, times: SignalTimes, item: Intersection, i: int, phase: int
-) -> list[tuple[int, list[int]]]:
-    """Return when pedestrians stop setting out, so that they have cleared, and their letters."""
-    ends: dict[int, list[int]] = {}
-    for letter, walk in zip(heads.crossings, item.walks, strict=True):
-        if phase in walk.phases:
-            end_s = green_s - dont_walk_s(times, item, i, phase, walk)
-            ends.setdefault(end_s, []).append(letter)
-    return sorted(ends.items())

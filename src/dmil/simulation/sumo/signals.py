@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dmil.network import RoadNetwork
+from dmil.network import Intersection, RoadNetwork
 from dmil.network.sumo.records import SumoSignals
 from dmil.scenarios import SignalTimes
 from dmil.scenarios.timing import dont_walk_s
@@ -81,12 +81,7 @@ class SignalHeads:
     def request(self, wanted: IntArray, time_s: int) -> Orders:
         """Ask for phases; return what follows from it under the rules of signal timing (ours).
 
-        Parameters
-        ----------
-        wanted: (intersections,) int32
-            Phases, `PROGRAM` or `ACTUATED`.
-        time_s
-            Now.
+        ``wanted`` is (intersections,) int32: phases, `PROGRAM` or `ACTUATED`.
         """
         before = self.phase.copy()
         self.overruled += grant(
@@ -111,22 +106,17 @@ class SignalHeads:
             (program == 0) & ((before != self.phase) | (self._program < 0))
         ).tolist():
             name, states = self._states[i].id, self._states[i].states
-            after = states[self.phase[i]]
-            if before[i] < 0:
-                switches.append((0, name, after))
-            else:
+            after, start_s = states[self.phase[i]], 0
+            if before[i] >= 0:
                 change = (i, before[i], self.phase[i])
-                clearance_s = int(self._times.clearance_s[change])
                 all_red_s = int(self._times.all_red_s[change])
-                heads = self._states[i]
-                switches += self._change(
-                    name,
-                    stopped(states[before[i]], heads.crossings),
-                    after,
-                    clearance_s - all_red_s,
-                    all_red_s,
-                )
-            start_s = max(switches[-1][0], 0)
+                yellow_s = int(self._times.clearance_s[change]) - all_red_s
+                old = stopped(states[before[i]], self._states[i].crossings)
+                for lasts_s, losing in ((yellow_s, "y"), (all_red_s, "r")):
+                    if lasts_s > 0:
+                        switches.append((start_s, name, cleared(old, after, losing)))
+                        start_s += lasts_s
+            switches.append((start_s, name, after))
             switches += [(start_s + s, name, state) for s, state in self._walks[i][self.phase[i]]]
         self._program = program
         switches.sort(key=lambda switch: switch[0])
@@ -139,27 +129,9 @@ class SignalHeads:
         ]
         return orders
 
-    @staticmethod
-    def _change(name: str, before: str, after: str, yellow_s: int, all_red_s: int) -> list[Switch]:
-        """Return yellow, all-red and the new phase, as far as there is time for each."""
-        switches = []
-        if yellow_s > 0:
-            switches.append((0, name, cleared(before, after, "y")))
-        if all_red_s > 0:
-            switches.append((yellow_s, name, cleared(before, after, "r")))
-        return [*switches, (yellow_s + all_red_s, name, after)]
-
 
 def stopped(state: str, crossings: Collection[int]) -> str:
-    """Return a state with red for some crossings of pedestrians (ours).
-
-    Parameters
-    ----------
-    state
-        A state string.
-    crossings
-        Indices into it.
-    """
+    """Return a state with red for some crossings of pedestrians, indices into it (ours)."""
     return "".join("r" if k in crossings else letter for k, letter in enumerate(state))
 
 
@@ -170,44 +142,39 @@ def walk_ends(
 
     When a green will end is not known while it runs, so pedestrians set out at its beginning only:
     as long as leaves them time to clear the crossing if it ends as soon as it may.
-
-    Parameters
-    ----------
-    network, states, times
-        Intersections, their states in SUMO and their signal timing.
     """
     found = []
     for i, (item, heads) in enumerate(zip(network.intersections, states, strict=True)):
         ends: list[tuple[tuple[int, str], ...]] = []
         for phase, state in enumerate(heads.states):
-            until: dict[int, list[int]] = {}
-            for letter, walk in zip(heads.crossings, item.walks, strict=True):
-                if phase in walk.phases and len(item.phases) > 1:
-                    clearing_s = dont_walk_s(times, item, i, phase, walk)
-                    end_s = int(times.min_green_s[i, phase]) - clearing_s
-                    until.setdefault(end_s, []).append(letter)
-            switches = []
-            for end_s in sorted(until):
-                state = stopped(state, until[end_s])
+            least_s, switches = int(times.min_green_s[i, phase]), []
+            for end_s, letters in setting_out(heads, least_s, times, item, i, phase):
+                state = stopped(state, letters)
                 switches.append((end_s, state))
-            ends.append(tuple(switches))
+            ends.append(tuple(switches) if len(item.phases) > 1 else ())
         found.append(tuple(ends))
     return found
 
 
+def setting_out(
+    heads: SumoSignals, green_s: int, times: SignalTimes, item: Intersection, i: int, phase: int
+) -> list[tuple[int, list[int]]]:
+    """Return when pedestrians stop setting out, so that they have cleared, and their letters."""
+    ends: dict[int, list[int]] = {}
+    for letter, walk in zip(heads.crossings, item.walks, strict=True):
+        if phase in walk.phases:
+            end_s = green_s - dont_walk_s(times, item, i, phase, walk)
+            ends.setdefault(end_s, []).append(letter)
+    return sorted(ends.items())
+
+
 @lru_cache(maxsize=4096)
 def cleared(before: str, after: str, losing: str) -> str:
-    """Return what signals show between two phases (ours).
+    """Return what signals show between the states of two phases (ours).
 
     What is green in both stays green, with right of way only if it has it in both. A letter other
-    than green or red, such as a turn after a stop, stays where both phases have it.
-
-    Parameters
-    ----------
-    before, after
-        SUMO's states of the two phases.
-    losing
-        What those see that lose their green: yellow, then red.
+    than green or red, such as a turn after a stop, stays where both phases have it. Those that lose
+    their green see ``losing``: yellow, then red.
     """
     return "".join(_between(old, new, losing) for old, new in zip(before, after, strict=True))
 

@@ -15,21 +15,14 @@ from dmil.simulation.measures import Measures
 from dmil.simulation.protocol import Observation
 from dmil.simulation.sumo.accounts import Accounts
 from dmil.simulation.sumo.approaches import (
+    Crossings,
     FloatArray,
     RouteGeometry,
     build_ways,
     count_vehicles,
     rerouted,
 )
-from dmil.simulation.sumo.crossings import Crossings
-from dmil.simulation.sumo.files import (
-    Model,
-    RunFiles,
-    options,
-    run_files,
-    together,
-    write_routes,
-)
+from dmil.simulation.sumo.files import Model, RunFiles, options, run_files, together, write_routes
 from dmil.simulation.sumo.process import SumoProcess, require_sumo
 from dmil.simulation.sumo.signals import SignalHeads, walk_ends
 from dmil.simulation.timing import ACTUATED, checked_phases, signals_of

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -14,6 +13,7 @@ import numpy.typing as npt
 
 from dmil.demand import Vehicles
 from dmil.network import RoadNetwork
+from dmil.simulation.sumo.accounts import elements
 from dmil.simulation.sumo.files import RunFiles
 
 FloatArray = npt.NDArray[np.float64]
@@ -23,7 +23,6 @@ BoolArray = npt.NDArray[np.bool_]
 STOP_LINE_M = -0.1
 """Place of the detectors on a lane, counted from its end."""
 GREEN = frozenset("Gg")
-_ATTRIBUTE = re.compile(rb' (\w+)="([^"]*)"')
 
 
 class Survey(NamedTuple):
@@ -53,28 +52,14 @@ class Survey(NamedTuple):
 
 @dataclass(slots=True)
 class SurveyFiles:
-    """Asks SUMO for the outputs of a run and reads them afterwards (ours).
-
-    Parameters
-    ----------
-    network
-        The roads.
-    folder
-        Where SUMO shall write.
-    """
+    """Asks SUMO for the outputs of a run, into a folder, and reads them afterwards (ours)."""
 
     network: RoadNetwork
     folder: Path
     _files: RunFiles | None = None
 
     def options(self, files: RunFiles) -> list[str]:
-        """Write the detectors down; return the options of ``sumo`` that let it write (ours).
-
-        Parameters
-        ----------
-        files
-            The scenario in SUMO's terms.
-        """
+        """Write the detectors down; return the options of ``sumo`` that let it write (ours)."""
         self._files = files
         additional = self.folder / "detectors.add.xml"
         name = quoteattr(str(self.folder / "crossings.xml"))
@@ -96,15 +81,7 @@ class SurveyFiles:
         ]
 
     def read(self, vehicles: Vehicles, seconds: int) -> Survey:
-        """Return what SUMO has written, when the run is over (ours).
-
-        Parameters
-        ----------
-        vehicles
-            Those of the run.
-        seconds
-            Its length.
-        """
+        """Return what SUMO has written about a run of some seconds, when it is over (ours)."""
         assert self._files is not None
         begin_s = self._files.begin_s
         entered_s = np.full(len(vehicles), np.nan)
@@ -112,7 +89,7 @@ class SurveyFiles:
         offset, links = vehicles.route_offset, vehicles.route_links
         names = [quoteattr(edge)[1:-1].encode() for edge in self._files.edges]
         vehicle, measured = -1, False
-        for kind, values in _elements(self.folder / "routes.xml", b"vehicle|route"):
+        for kind, values in elements((self.folder / "routes.xml").read_bytes(), b"vehicle|route"):
             if kind == b"vehicle":
                 measured = values[b"id"].isdigit()
                 if not measured:
@@ -142,7 +119,7 @@ class SurveyFiles:
         link_of = [link for link, _ in self._stop_lines()]
         offset, links = vehicles.route_offset, vehicles.route_links
         crossed_s, lane = np.full(links.size, np.nan), np.full(links.size, -1, np.int64)
-        for _, values in _elements(self.folder / "crossings.xml", b"instantOut"):
+        for _, values in elements((self.folder / "crossings.xml").read_bytes(), b"instantOut"):
             if values[b"state"] != b"enter" or not values[b"vehID"].isdigit():
                 continue
             vehicle, number = int(values[b"vehID"]), int(values[b"id"])
@@ -161,7 +138,7 @@ class SurveyFiles:
         width = max(len(item.movements) for item in self.network.intersections)
         green = np.zeros((seconds, len(signals), width), np.bool_)
         known: dict[tuple[int, bytes], BoolArray] = {}
-        for _, values in _elements(self.folder / "states.xml", b"tlsState"):
+        for _, values in elements((self.folder / "states.xml").read_bytes(), b"tlsState"):
             # SUMO notes at the end of a step what was shown in it.
             second, i = int(float(values[b"time"])) - begin_s - 1, index.get(values[b"id"])
             if i is None or not 0 <= second < seconds:
@@ -178,9 +155,3 @@ def _served(state: str, links: Sequence[Sequence[int]], width: int) -> BoolArray
     for j, places in enumerate(links):
         served[j] = any(state[place] in GREEN for place in places)
     return served
-
-
-def _elements(file: Path, names: bytes) -> Iterator[tuple[bytes, dict[bytes, bytes]]]:
-    """Give name and attributes of all elements of some names, in their order."""
-    for match in re.finditer(rb"<(" + names + rb") [^>]*>", file.read_bytes()):
-        yield match[1], dict(_ATTRIBUTE.findall(match[0]))

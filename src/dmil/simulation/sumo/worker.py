@@ -54,14 +54,8 @@ class Worker:
     ) -> tuple[bytes, dict[int, tuple[str, ...]]]:
         """Simulate some seconds; return what `look` and `elsewhere` return after them.
 
-        Parameters
-        ----------
-        steps
-            How many.
-        programs
-            Signals that follow a program from now on, and whether it is actuated.
-        switches
-            (second, signal, state string), in the order of the seconds.
+        ``programs`` are signals that follow a program from now on, and whether it is actuated,
+        ``switches`` (second, signal, state string), in the order of the seconds.
         """
         for name, actuated in programs:
             self._follow(name, actuated)

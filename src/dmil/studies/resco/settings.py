@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 
 from dmil.controllers.tabular.settings import DualMemorySettings, SarsaSettings
 from dmil.experiments.checks import SET_BY_THE_STUDY, check_left_open, distinct
-from dmil.scenarios.resco import PREFIX, RESCO
+from dmil.scenarios.names import PREFIX, RESCO
 
 NETWORKS = tuple(name.removeprefix(PREFIX) for name in RESCO)
 """All networks of the benchmark."""

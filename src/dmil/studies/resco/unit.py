@@ -8,7 +8,7 @@ from pathlib import Path
 
 from dmil.controllers import Controller, MemoryController, make_controller
 from dmil.controllers.variants import Variant
-from dmil.demand.resampled import SHIFT_S
+from dmil.demand.recorded import SHIFT_S
 from dmil.experiments.contender import frozen_copy
 from dmil.experiments.trial import (
     Row,

@@ -6,7 +6,7 @@ import pytest
 
 from dmil.errors import InputError
 from dmil.results import Results
-from dmil.scenarios.resco import RESCO
+from dmil.scenarios.names import RESCO
 from dmil.studies.resco.contenders import RescoContender, contender_names, judged
 from dmil.studies.resco.curves import learning_curves, queue_courses
 from dmil.studies.resco.published import METHODS, PUBLISHED, published_by
