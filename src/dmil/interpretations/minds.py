@@ -13,7 +13,6 @@ CLASSES = on(
         "does nothing",
         "A",
         "tolerance",
-        "--set tolerance=…",
     ),
     (
         "complex",
@@ -32,7 +31,6 @@ CLASSES = on(
         "⌊B·x/max(x) + ½⌋ with B = 5, an empty state is 0",
         "F",
         "scale_levels",
-        "--set scale_levels=…",
     ),
     (
         "several keys match",
@@ -59,22 +57,14 @@ CLASSES = on(
 
 AGENTS = on(
     "Agents",
-    (
-        "learning rate",
-        "α, no number",
-        "0.1",
-        "A",
-        "learning_rate",
-        "--set learning_rate=…",
-    ),
-    ("γ", "0.95", "0.95", "P", "discount", "--set discount=…"),
+    ("learning rate", "α, no number", "0.1", "A", "learning_rate"),
+    ("γ", "0.95", "0.95", "P", "discount"),
     (
         "ε of agents with and without memory",
         "0.4 and 0.6",
         "the same; SARSA also runs with 0.4, so that all agents meet at equal ε",
         "P",
         "epsilon",
-        "--set epsilon=…",
     ),
     ("Q₀, Q of what was never tried", OPEN, "0", "A"),
     (
@@ -91,24 +81,9 @@ AGENTS = on(
         "equals, and never an untried one",
         "A",
         "least_tried",
-        "--set least_tried=…",
     ),
-    (
-        "“significantly”",
-        "no number",
-        "q > old + 0.1·|old|",
-        "A",
-        "significance",
-        "--set significance=…",
-    ),
-    (
-        "a state without an entry",
-        OPEN,
-        "a uniformly random action",
-        "A",
-        "unseen",
-        "--set unseen=…",
-    ),
+    ("“significantly”", "no number", "q > old + 0.1·|old|", "A", "significance"),
+    ("a state without an entry", OPEN, "a uniformly random action", "A", "unseen"),
     (
         "what enters short-term memory",
         "“Initially, all states”; “After some duration of time” it learns “local temporal "
@@ -123,7 +98,6 @@ AGENTS = on(
         "m_s = 16 rows; it stages when it holds 16",
         "A",
         "short_capacity",
-        "--set short_capacity=…",
     ),
     (
         "which rows are staged",
@@ -139,21 +113,13 @@ AGENTS = on(
         "its best tried action and that Q: an untried 0 is not staged",
         "A",
     ),
-    (
-        "κ",
-        "½ (“m_s/2 states”)",
-        "½, rounded up to whole rows",
-        "P",
-        "staged_ratio",
-        "--set staged_ratio=…",
-    ),
+    ("κ", "½ (“m_s/2 states”)", "½, rounded up to whole rows", "P", "staged_ratio"),
     (
         "T_stage of the analysis",
         "a period; Algorithm 1 stages when full",
         "Algorithm 1; the period is offered",
         "P",
         "stage_period",
-        "--set stage_period=…",
     ),
     (
         "Q(S, A) in the update",

@@ -6,21 +6,13 @@ from dmil.interpretations.model import OPEN, on
 
 CENTRAL = on(
     "Central unit",
-    (
-        "T",
-        "“every T seconds”, no number",
-        "100 s",
-        "A",
-        "communication_period_s",
-        "--set communication_period_s=…",
-    ),
+    ("T", "“every T seconds”, no number", "100 s", "A", "communication_period_s"),
     (
         "what is sent",
         "“current memory (STM or LTM)”",
         "long-term memory; for SARSA the Q-table",
         "A",
         "sent",
-        "--set sent=…",
     ),
     (
         "communication",
@@ -51,12 +43,7 @@ CENTRAL = on(
         "the action with the highest mean",
         "A",
     ),
-    (
-        "who meets",
-        "all agents",
-        "all agents of one shape of intersection: on grids all",
-        "ours",
-    ),
+    ("who meets", "all agents", "all agents of one shape of intersection: on grids all", "ours"),
     (
         "exact SARSA",
         "Table I has simple and complex classes only",
@@ -69,7 +56,6 @@ CENTRAL = on(
         "periodic; new entries, change of values and staging are offered",
         "P",
         "trigger",
-        "--set trigger=…",
     ),
     (
         "delay of the synchronisation",
@@ -78,16 +64,8 @@ CENTRAL = on(
         "answer lacks",
         "P",
         "communication_delay_s",
-        "--set communication_delay_s=…",
     ),
-    (
-        "loss of messages",
-        OPEN,
-        "none; offered",
-        "ours",
-        "message_loss",
-        "--set message_loss=…",
-    ),
+    ("loss of messages", OPEN, "none; offered", "ours", "message_loss"),
     (
         "predictions from neighbours",
         "future work",
@@ -109,14 +87,7 @@ TRAINING = on(
         "training_factor",
         "--preset, --set training_factor=…",
     ),
-    (
-        "ε_train",
-        "0.1",
-        "0.1",
-        "P",
-        "training_epsilon",
-        "--set training_epsilon=…",
-    ),
+    ("ε_train", "0.1", "0.1", "P", "training_epsilon"),
     (
         "the dummy SARSA agent",
         "“trained offline … of incoming vehicles, gathered from data”",
@@ -131,12 +102,7 @@ TRAINING = on(
         "through Algorithm 2, into long-term memory: the same knowledge, less of it",
         "A",
     ),
-    (
-        "during the test",
-        OPEN,
-        "agents go on learning",
-        "A",
-    ),
+    ("during the test", OPEN, "agents go on learning", "A"),
     (
         "ε during the test",
         "one number",
