@@ -8,8 +8,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from dmil.errors import PolicyError
-from dmil.memory.dictionary import gather, recall_mean, write_towards
-from dmil.memory.episodic import estimate, keep_best
+from dmil.memory.episodic import estimate, gather, keep_best, recall_mean, write_towards
 from dmil.memory.neighbours import (
     find_key,
     find_nearest,

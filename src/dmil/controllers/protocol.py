@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-import numpy.typing as npt
 
+from dmil.arrays import Arrays, FloatArray, IntArray
 from dmil.demand import Vehicles
 from dmil.network import RoadNetwork
 from dmil.scenarios import QueueDynamics, SignalTiming
 from dmil.simulation import Observation
-
-IntArray = npt.NDArray[np.int32]
-LongArray = npt.NDArray[np.int64]
-FloatArray = npt.NDArray[np.float64]
-Arrays = Mapping[str, npt.NDArray[np.generic]]
 
 
 @dataclass(frozen=True, slots=True)

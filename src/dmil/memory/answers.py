@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dmil.arrays import IntArray
 from dmil.compilation import kernel
 from dmil.memory.admission import NO_CAP, Admission, admit, mark_of
 from dmil.memory.central import cut_to_cap, merge_best, merge_values
@@ -19,19 +20,19 @@ from dmil.memory.rows import ABSENT, Rows, append, clear
 from dmil.memory.staging import take_in
 from dmil.memory.tables import (
     BestTable,
-    IntArray,
     Scratch,
     ValueTable,
     bests_of,
     clear_values,
+    columns_of,
     look_up,
     make_value_table,
     values_of,
 )
 from dmil.symmetry import Classes
 
-NOT_SENT = ("rows", "visits")
-"""Fields of a table that are no columns of a message: visits stay each agent's own."""
+NOT_SENT = "visits"
+"""The column of a table that is none of a message: visits stay each agent's own."""
 ALONE = np.zeros(1, np.int32)
 """The owner of a table of one owner."""
 
@@ -84,7 +85,7 @@ def message_bytes(table: ValueTable | BestTable, owners: IntArray) -> int:
     owners: (owners,) int
     """
     keys = table.rows.keys
-    columns = [array for name, array in table._asdict().items() if name not in NOT_SENT]
+    columns = [array for name, array in columns_of(table).items() if name != NOT_SENT]
     row_bytes: int = keys.itemsize * keys.shape[2] // table.rows.parts
     row_bytes += sum(array.itemsize * prod(array.shape[2:]) for array in columns)
     return int(table.rows.size[owners].sum()) * row_bytes
@@ -194,10 +195,10 @@ def give_short(
     """
     short = memory.short
     most = int(merged.rows.size[0] + short.rows.size.max())
-    places, actions = short.rows.keys.shape[2], short.value.shape[2]
     for agent in reached:
         mine = values_of(short, np.array([agent]), int(short.rows.size.max()))
         rows = short.rows
+        places, actions = rows.keys.shape[2], short.value.shape[2]
         both = make_value_table(1, most, places, actions, rows.tolerance, rows.parts)
         take_over_values(both, 0, mine, merged, classes, shape, scratch)
         take_in(memory, both, classes, agent, shape, scratch)

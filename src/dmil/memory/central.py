@@ -12,12 +12,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from dmil.arrays import IntArray
 from dmil.compilation import allocating_kernel
 from dmil.memory.admission import Admission, frequency, mark_of
 from dmil.memory.rows import ABSENT, append, clear
 from dmil.memory.tables import (
     BestTable,
-    IntArray,
     Scratch,
     ValueTable,
     copy_best,

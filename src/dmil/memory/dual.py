@@ -7,18 +7,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from dmil.arrays import IntArray, LongArray
 from dmil.compilation import inlined_kernel, kernel
 from dmil.memory.admission import NO_CAP, Admission
 from dmil.memory.rows import ABSENT, find
-from dmil.memory.tables import (
-    BestTable,
-    IntArray,
-    LongArray,
-    Scratch,
-    ValueTable,
-    best_tried,
-    look_up_nearest,
-)
+from dmil.memory.tables import BestTable, Scratch, ValueTable, best_tried, look_up_nearest
 from dmil.symmetry import Classes, vary
 
 

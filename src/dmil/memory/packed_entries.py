@@ -2,28 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import Array, Arrays, FloatArray, IntArray
 from dmil.compilation import kernel
 from dmil.errors import PolicyError
-from dmil.memory.neighbours import (
-    BLOCK,
-    Entries,
-    FloatArray,
-    IntArray,
-    KeyArray,
-    TimeArray,
-    insert,
-    make_entries,
-)
+from dmil.memory.neighbours import BLOCK, Entries, KeyArray, TimeArray, insert, make_entries
 from dmil.memory.saved import saved_array
 
 
-def pack_entries(entries: Entries) -> dict[str, npt.NDArray[Any]]:
+def pack_entries(entries: Entries) -> dict[str, Array]:
     """Return the entries of all tables, one table after the other, and the clock (ours).
 
     Returns
@@ -42,7 +31,7 @@ def pack_entries(entries: Entries) -> dict[str, npt.NDArray[Any]]:
     }
 
 
-def unpack_entries(arrays: Mapping[str, npt.NDArray[Any]], like: Entries) -> Entries:
+def unpack_entries(arrays: Arrays, like: Entries) -> Entries:
     """Rebuild a store from its packed form (ours).
 
     Parameters

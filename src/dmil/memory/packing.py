@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import Array, Arrays
 from dmil.compilation import kernel
 from dmil.errors import PolicyError
 from dmil.memory.admission import NO_CAP, Admission, make_admission
-from dmil.memory.rows import Rows, append
-from dmil.memory.tables import (
-    BestTable,
-    ValueTable,
-    make_best_table,
-    make_value_table,
-)
-
-Arrays = Mapping[str, npt.NDArray[Any]]
+from dmil.memory.rows import Rows, append, make_rows
+from dmil.memory.tables import BestTable, Table, ValueTable, columns_of, table_over
 
 COUNTED = ("counts", "recorded", "hand")
 """What of an admission does not follow from the keys."""
@@ -48,7 +42,7 @@ def bytes_used(rows: Rows, columns: Sequence[npt.NDArray[Any]]) -> int:
     return int(stored * row_bytes + index)
 
 
-def pack(table: ValueTable | BestTable) -> dict[str, npt.NDArray[Any]]:
+def pack(table: ValueTable | BestTable) -> dict[str, Array]:
     """Return the rows of all owners, one owner after the other (ours).
 
     Returns
@@ -59,25 +53,19 @@ def pack(table: ValueTable | BestTable) -> dict[str, npt.NDArray[Any]]:
     """
     size = table.rows.size
     used = np.arange(table.rows.keys.shape[1]) < size[:, None]
-    arrays: dict[str, npt.NDArray[Any]] = {
-        "size": size.copy(),
-        "keys": table.rows.keys[used],
-    }
-    for name, column in table._asdict().items():
-        if name != "rows":
-            arrays[name] = column[used]
-    return arrays
+    columns = {"keys": table.rows.keys, **columns_of(table)}
+    return {"size": size.copy(), **{name: column[used] for name, column in columns.items()}}
 
 
-def unpack_values(arrays: Arrays, like: ValueTable) -> ValueTable:
-    """Rebuild a table of values from its packed form (ours).
+def unpack_table(arrays: Arrays, like: Table) -> Table:
+    """Rebuild a table from its packed form (ours).
 
     Parameters
     ----------
     arrays
         What `pack` returned.
     like
-        A table of the same owners, places, actions and tolerance.
+        A table of the same owners, places, columns and tolerance.
 
     Raises
     ------
@@ -86,23 +74,18 @@ def unpack_values(arrays: Arrays, like: ValueTable) -> ValueTable:
     """
     most = _most_rows(arrays, like)
     owners, _, places = like.rows.keys.shape
-    table = make_value_table(
-        owners, most, places, like.value.shape[2], like.rows.tolerance, like.rows.parts
-    )
-    _refill(table, arrays)
+    table = table_over(make_rows(owners, most, places, like.rows.tolerance, like.rows.parts), like)
+    _append_all(table.rows, arrays["size"], arrays["keys"])
+    used = np.arange(table.rows.keys.shape[1]) < table.rows.size[:, None]
+    for name, column in columns_of(table).items():
+        column[used] = arrays[name]
     return table
 
 
-def unpack_bests(arrays: Arrays, like: BestTable) -> BestTable:
-    """Rebuild a table of best actions from its packed form; see `unpack_values` (ours)."""
-    most = _most_rows(arrays, like)
-    owners, _, places = like.rows.keys.shape
-    table = make_best_table(owners, most, places, like.rows.tolerance, like.rows.parts)
-    _refill(table, arrays)
-    return table
+unpack_values = unpack_bests = unpack_table
 
 
-def pack_admission(admission: Admission) -> dict[str, npt.NDArray[Any]]:
+def pack_admission(admission: Admission) -> dict[str, Array]:
     """Return what an admission counted, empty without a cap; the rest follows from the keys."""
     return {name: getattr(admission, name).copy() for name in COUNTED if admission.capacity}
 
@@ -151,9 +134,7 @@ def _most_rows(arrays: Arrays, like: ValueTable | BestTable) -> int:
     expected: dict[str, tuple[tuple[int, ...], object]] = {
         "keys": ((places,), like.rows.keys.dtype)
     }
-    for name, column in like._asdict().items():
-        if name != "rows":
-            expected[name] = (column.shape[2:], column.dtype)
+    expected |= {name: (each.shape[2:], each.dtype) for name, each in columns_of(like).items()}
     for name, (shape, dtype) in expected.items():
         found, wanted = arrays.get(name), (int(size.sum()), *shape)
         if found is None or found.shape != wanted or found.dtype != dtype:
@@ -168,14 +149,6 @@ def _misfit(name: str, found: npt.NDArray[Any] | None, expected: str) -> PolicyE
         expected=expected,
         mend="use it with the network and the settings that it was saved with",
     )
-
-
-def _refill(table: ValueTable | BestTable, arrays: Arrays) -> None:
-    _append_all(table.rows, arrays["size"], arrays["keys"])
-    used = np.arange(table.rows.keys.shape[1]) < table.rows.size[:, None]
-    for name, column in table._asdict().items():
-        if name != "rows":
-            column[used] = arrays[name]
 
 
 @kernel

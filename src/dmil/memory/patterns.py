@@ -5,9 +5,9 @@ After the pattern classes of PLMP (Han et al. 2023), as far as they are known.
 
 from __future__ import annotations
 
+from dmil.arrays import IntArray
 from dmil.compilation import kernel
 from dmil.memory.rows import ABSENT, Rows, find
-from dmil.memory.tables import IntArray
 
 PROBE = 8
 """Keys that are compared in the time in which one is looked up."""

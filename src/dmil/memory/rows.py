@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import IntArray
 from dmil.compilation import inlined_kernel, kernel
 
-IntArray = npt.NDArray[np.int32]
 BitArray = npt.NDArray[np.uint64]
 
 ABSENT = -1

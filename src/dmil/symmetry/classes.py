@@ -8,11 +8,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import IntArray
 from dmil.compilation import kernel
 from dmil.symmetry.embedding import Embedding
 from dmil.symmetry.group import SymmetryGroup
-
-IntArray = npt.NDArray[np.int32]
 
 
 class Classes(NamedTuple):

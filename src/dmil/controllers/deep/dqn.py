@@ -6,21 +6,19 @@ See docs/controllers/dqn.md.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import torch
 
+from dmil.arrays import Array, Arrays, IntArray, LongArray, Single
 from dmil.controllers.deep.learner import DeepLearner
 from dmil.controllers.deep.q_network import QNetwork
 from dmil.controllers.deep.settings import DqnSettings
-from dmil.controllers.protocol import Arrays, IntArray, MemoryUse, RunContext
+from dmil.controllers.protocol import MemoryUse, RunContext
 from dmil.memory.replay import Columns, Replay
 from dmil.memory.saved import named, part, saved_array
 
-Floats = npt.NDArray[np.float32]
-LongArray = npt.NDArray[np.int64]
 DECISIONS = "decisions"
 
 
@@ -43,9 +41,9 @@ class Batch:
     rows: LongArray
     state: npt.NDArray[np.integer]
     action: npt.NDArray[np.integer]
-    reward: Floats
+    reward: Single
     following: npt.NDArray[np.integer]
-    weight: Floats | None = None
+    weight: Single | None = None
 
 
 class DqnController(DeepLearner):
@@ -74,7 +72,7 @@ class DqnController(DeepLearner):
 
     def arrays(self) -> Arrays:
         """Return networks, moments and transitions as flat arrays."""
-        saved: dict[str, npt.NDArray[Any]] = {DECISIONS: np.array(self._decisions, np.int64)}
+        saved: dict[str, Array] = {DECISIONS: np.array(self._decisions, np.int64)}
         for shape in range(len(self._networks)):
             saved |= named(str(shape), self._arrays_of(shape))
         return saved
@@ -112,7 +110,7 @@ class DqnController(DeepLearner):
         }
         return Replay(self.settings.buffer_capacity, columns)
 
-    def _values(self, state: IntArray) -> Floats:
+    def _values(self, state: IntArray) -> Single:
         value = np.zeros((len(state), self._phase_count.max()), np.float32)
         for network, members in zip(self._networks, self.agents.members, strict=True):
             found = network.values(self._seen(state[members]))
@@ -124,7 +122,7 @@ class DqnController(DeepLearner):
         return state
 
     def _remember(
-        self, state: IntArray, action: IntArray, reward: Floats, following: IntArray
+        self, state: IntArray, action: IntArray, reward: Single, following: IntArray
     ) -> None:
         for shape, members in enumerate(self.agents.members):
             rows = self._replays[shape].append(
@@ -158,7 +156,7 @@ class DqnController(DeepLearner):
         rows = self._replays[shape].sample(self._rng.random(self.settings.batch_size))
         return self._batch(shape, rows)
 
-    def _batch(self, shape: int, rows: LongArray, weight: Floats | None = None) -> Batch:
+    def _batch(self, shape: int, rows: LongArray, weight: Single | None = None) -> Batch:
         take = self._replays[shape].take
         return Batch(
             rows=rows,
@@ -172,7 +170,7 @@ class DqnController(DeepLearner):
     def _remembered(self, shape: int, rows: LongArray) -> None:
         """Take note of new transitions; nothing to note when all are equally likely."""
 
-    def _learned(self, shape: int, rows: LongArray, error: Floats) -> None:
+    def _learned(self, shape: int, rows: LongArray, error: Single) -> None:
         """Take note of the errors of a batch; nothing to note when all are equally likely."""
 
     def _transitions(self, shape: int) -> int:
@@ -181,7 +179,7 @@ class DqnController(DeepLearner):
     def _bytes(self, shape: int) -> int:
         return self._networks[shape].bytes_used + self._replays[shape].bytes_used
 
-    def _arrays_of(self, shape: int) -> dict[str, npt.NDArray[Any]]:
+    def _arrays_of(self, shape: int) -> dict[str, Array]:
         replay = named("replay", self._replays[shape].arrays())
         return {**self._networks[shape].arrays(), **replay}
 

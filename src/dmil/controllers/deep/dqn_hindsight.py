@@ -5,19 +5,15 @@ See docs/controllers/dqn-hindsight.md.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import Array, Arrays, IntArray, Single
 from dmil.controllers.deep.dqn import Batch, DqnController
 from dmil.controllers.deep.settings import HindsightSettings
-from dmil.controllers.protocol import Arrays, IntArray, RunContext
-from dmil.memory.hindsight import Runs
-from dmil.memory.replay import Columns, Replay
+from dmil.controllers.protocol import RunContext
+from dmil.memory.replay import Columns, Replay, Runs
 from dmil.memory.saved import named, part
-
-Floats = npt.NDArray[np.float32]
 
 
 class HindsightController(DqnController):
@@ -69,7 +65,7 @@ class HindsightController(DqnController):
         return _with_goal(state, np.full(len(state), self.settings.goal_veh, np.int32))
 
     def _remember(
-        self, state: IntArray, action: IntArray, reward: Floats, following: IntArray
+        self, state: IntArray, action: IntArray, reward: Single, following: IntArray
     ) -> None:
         for shape, members in enumerate(self.agents.members):
             self._replays[shape].append(
@@ -106,7 +102,7 @@ class HindsightController(DqnController):
     def _transitions(self, shape: int) -> int:
         return self._replays[shape].size * self.agents.members[shape].size
 
-    def _arrays_of(self, shape: int) -> dict[str, npt.NDArray[Any]]:
+    def _arrays_of(self, shape: int) -> dict[str, Array]:
         return {**super()._arrays_of(shape), **named("runs", self._runs[shape].arrays())}
 
     def _restore_of(self, shape: int, arrays: Arrays) -> None:
@@ -114,7 +110,5 @@ class HindsightController(DqnController):
         self._runs[shape].restore(part("runs", arrays), self._replays[shape].written)
 
 
-def _with_goal(
-    state: npt.NDArray[np.integer], goal: npt.NDArray[np.integer]
-) -> npt.NDArray[np.int32]:
+def _with_goal(state: npt.NDArray[np.integer], goal: npt.NDArray[np.integer]) -> IntArray:
     return np.column_stack([state, goal]).astype(np.int32)

@@ -5,14 +5,12 @@ See docs/controllers/dqn-prioritised.md.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
-from dmil.controllers.deep.dqn import Batch, DqnController, Floats, LongArray
+from dmil.arrays import Array, Arrays, LongArray, Single
+from dmil.controllers.deep.dqn import Batch, DqnController
 from dmil.controllers.deep.settings import PrioritisedSettings
-from dmil.controllers.protocol import Arrays, RunContext
+from dmil.controllers.protocol import RunContext
 from dmil.memory.saved import named, part
 from dmil.memory.sum_tree import Priorities
 
@@ -57,13 +55,13 @@ class PrioritisedController(DqnController):
     def _remembered(self, shape: int, rows: LongArray) -> None:
         self._priorities[shape].add(rows)
 
-    def _learned(self, shape: int, rows: LongArray, error: Floats) -> None:
+    def _learned(self, shape: int, rows: LongArray, error: Single) -> None:
         self._priorities[shape].update(rows, error)
 
     def _bytes(self, shape: int) -> int:
         return super()._bytes(shape) + self._priorities[shape].sums.nbytes
 
-    def _arrays_of(self, shape: int) -> dict[str, npt.NDArray[Any]]:
+    def _arrays_of(self, shape: int) -> dict[str, Array]:
         size = self._replays[shape].size
         priorities = named("priorities", self._priorities[shape].arrays(size))
         return {**super()._arrays_of(shape), **priorities}

@@ -7,14 +7,13 @@ from abc import abstractmethod
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import FloatArray, IntArray, Single
 from dmil.controllers.deep.network import one_thread
 from dmil.controllers.deep.settings import DeepSettings
 from dmil.controllers.episodic.by_shape import SharedLearner
-from dmil.controllers.protocol import FloatArray, IntArray, RunContext
+from dmil.controllers.protocol import RunContext
 from dmil.errors import DivergedError
 from dmil.simulation import Observation
-
-Floats = npt.NDArray[np.float32]
 
 
 class NetworkLearner(SharedLearner):
@@ -94,12 +93,12 @@ class DeepLearner(NetworkLearner):
         return action
 
     @abstractmethod
-    def _values(self, state: IntArray) -> Floats:
+    def _values(self, state: IntArray) -> Single:
         """Return the values of all agents' phases: (agents, phases), 0 where there is no phase."""
 
     @abstractmethod
     def _remember(
-        self, state: IntArray, action: IntArray, reward: Floats, following: IntArray
+        self, state: IntArray, action: IntArray, reward: Single, following: IntArray
     ) -> None:
         """Store the transitions of all agents."""
 

@@ -8,17 +8,17 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import torch
 
+from dmil.arrays import Array, Arrays, FloatArray, IntArray
 from dmil.compilation import kernel
 from dmil.controllers.deep.learner import NetworkLearner
 from dmil.controllers.deep.network import Adam, Mlp, one_thread
 from dmil.controllers.deep.q_network import features
 from dmil.controllers.deep.settings import NecSettings
 from dmil.controllers.episodic.returns import ReturnWindow, best_tried
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, RunContext
-from dmil.memory.dictionary import gather, recall_mean, write_towards
+from dmil.controllers.protocol import MemoryUse, RunContext
+from dmil.memory.episodic import gather, recall_mean, write_towards
 from dmil.memory.neighbours import (
     Entries,
     KeyArray,
@@ -94,7 +94,7 @@ class NecController(NetworkLearner):
 
     def arrays(self) -> Arrays:
         """Return dictionaries, networks, moments and what is replayed as flat arrays."""
-        saved: dict[str, npt.NDArray[Any]] = named("entries", pack_entries(self._entries))
+        saved: dict[str, Array] = named("entries", pack_entries(self._entries))
         for shape, (adam, replay) in enumerate(zip(self._adams, self._replays, strict=True)):
             saved |= named(f"{shape}.network", adam.arrays())
             saved |= named(f"{shape}.replay", replay.arrays())

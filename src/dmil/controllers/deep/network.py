@@ -7,13 +7,11 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import torch
 
-from dmil.controllers.protocol import Arrays
+from dmil.arrays import Array, Arrays, Single
 from dmil.memory.saved import saved_array
 
-Floats = npt.NDArray[np.float32]
 ADAM_BETAS = (0.9, 0.999)
 ADAM_EPSILON = 1e-8
 
@@ -96,7 +94,7 @@ class Adam:
             rate = self.learning_rate * scale / (1 - one**self.steps)
             self.weights.addcdiv_(self.mean, divisor, value=-rate)
 
-    def arrays(self) -> dict[str, npt.NDArray[Any]]:
+    def arrays(self) -> dict[str, Array]:
         """Return weights, moments and steps as flat arrays."""
         return {
             "weights": to_array(self.weights),
@@ -123,9 +121,9 @@ class Adam:
         self.steps = steps
 
 
-def to_array(tensor: Any) -> Floats:
+def to_array(tensor: Any) -> Single:
     """Return a copy of a tensor as an array (ours)."""
-    array: Floats = tensor.detach().numpy().copy()
+    array: Single = tensor.detach().numpy().copy()
     return array
 
 

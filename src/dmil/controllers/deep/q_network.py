@@ -8,11 +8,9 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
+from dmil.arrays import Array, Arrays, Single
 from dmil.controllers.deep.network import Adam, Mlp, overwrite, to_array
 from dmil.controllers.deep.settings import DqnSettings
-from dmil.controllers.protocol import Arrays
-
-Floats = npt.NDArray[np.float32]
 
 
 class QNetwork:
@@ -36,7 +34,7 @@ class QNetwork:
         self.adam = Adam(self.network.weights, settings.learning_rate)
         self._target_period = settings.target_period
 
-    def values(self, state: npt.NDArray[np.integer]) -> Floats:
+    def values(self, state: npt.NDArray[np.integer]) -> Single:
         """Return Q of all phases.
 
         Parameters
@@ -45,7 +43,7 @@ class QNetwork:
             Counts.
         """
         with torch.no_grad():
-            found: Floats = self.network(features(state)).numpy()
+            found: Single = self.network(features(state)).numpy()
         return found
 
     def value_of(self, state: npt.NDArray[np.integer], action: npt.NDArray[np.integer]) -> Any:
@@ -69,7 +67,7 @@ class QNetwork:
         """Memory of both networks and of Adam's moments."""
         return int(4 * self.target.numel() * self.target.element_size())
 
-    def arrays(self) -> dict[str, npt.NDArray[Any]]:
+    def arrays(self) -> dict[str, Array]:
         """Return all numbers as flat arrays."""
         return {**self.adam.arrays(), "target": to_array(self.target)}
 

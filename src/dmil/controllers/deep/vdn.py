@@ -11,15 +11,15 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
+from dmil.arrays import Array, Arrays, IntArray, Single
 from dmil.controllers.deep.learner import DeepLearner
 from dmil.controllers.deep.q_network import QNetwork, features
 from dmil.controllers.deep.settings import VdnSettings
-from dmil.controllers.protocol import Arrays, IntArray, MemoryUse, RunContext
+from dmil.controllers.protocol import MemoryUse, RunContext
 from dmil.errors import PolicyError
 from dmil.memory.replay import Columns, Replay
 from dmil.memory.saved import named, part, saved_array
 
-Floats = npt.NDArray[np.float32]
 Counts = npt.NDArray[np.integer]
 DECISIONS = "decisions"
 
@@ -71,7 +71,7 @@ class VdnController(DeepLearner):
 
     def arrays(self) -> Arrays:
         """Return networks, moments and transitions as flat arrays."""
-        saved: dict[str, npt.NDArray[Any]] = {DECISIONS: np.array(self._decisions, np.int64)}
+        saved: dict[str, Array] = {DECISIONS: np.array(self._decisions, np.int64)}
         for shape, network in enumerate(self._networks):
             saved |= named(str(shape), network.arrays())
         return {**saved, **named("replay", self._replay.arrays())}
@@ -107,7 +107,7 @@ class VdnController(DeepLearner):
         }
         self._replay = Replay(settings.buffer_capacity, columns)
 
-    def _values(self, state: IntArray) -> Floats:
+    def _values(self, state: IntArray) -> Single:
         value = np.zeros((len(state), self._phase_count.max()), np.float32)
         for shape, members in enumerate(self.agents.members):
             with torch.no_grad():
@@ -129,7 +129,7 @@ class VdnController(DeepLearner):
         return torch.cat([mine, who], 2).flatten(0, 1)
 
     def _remember(
-        self, state: IntArray, action: IntArray, reward: Floats, following: IntArray
+        self, state: IntArray, action: IntArray, reward: Single, following: IntArray
     ) -> None:
         self._replay.append(
             state=state[None],

@@ -11,8 +11,9 @@ from abc import ABC, abstractmethod
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from dmil.arrays import Arrays, FloatArray, IntArray
 from dmil.compilation import kernel
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, RunContext
+from dmil.controllers.protocol import MemoryUse, RunContext
 from dmil.controllers.tabular.agents import Agents, agents_of
 from dmil.controllers.tabular.choice import DRAWS, explores, greedy_action, uniform_action
 from dmil.errors import DivergedError, PolicyError

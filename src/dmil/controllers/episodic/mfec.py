@@ -8,10 +8,11 @@ from __future__ import annotations
 import numpy as np
 from pydantic import Field
 
+from dmil.arrays import Arrays, FloatArray, IntArray
 from dmil.compilation import kernel
 from dmil.controllers.episodic.by_shape import SharedLearner, SharedSettings, as_keys
 from dmil.controllers.episodic.returns import ReturnWindow, best_tried
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, RunContext
+from dmil.controllers.protocol import MemoryUse, RunContext
 from dmil.errors import DivergedError
 from dmil.memory.episodic import estimate, keep_best
 from dmil.memory.neighbours import (

@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import Field
 
+from dmil.arrays import Arrays, FloatArray, IntArray
 from dmil.compilation import kernel
 from dmil.controllers.episodic.by_shape import SharedLearner, SharedSettings
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, RunContext
+from dmil.controllers.protocol import MemoryUse, RunContext
 from dmil.controllers.tabular.announcements import Announcements
 from dmil.controllers.tabular.choice import DRAWS, explores, greedy_action, uniform_action
 from dmil.errors import DivergedError

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dmil.controllers.protocol import FloatArray
+from dmil.arrays import FloatArray
 
 Chosen = tuple[npt.NDArray[Any], ...]
 

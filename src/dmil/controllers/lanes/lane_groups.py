@@ -13,14 +13,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import BoolArray, IntArray, Single
 from dmil.controllers.protocol import RunContext
 from dmil.network import Intersection, RoadNetwork
 
-IntArray = npt.NDArray[np.int32]
 Indices = npt.NDArray[np.uint32]
 """Places in other arrays: without a sign, because compiled code then need not ask for it."""
-Single = npt.NDArray[np.float32]
-BoolArray = npt.NDArray[np.bool_]
 
 
 class LaneGroups(NamedTuple):

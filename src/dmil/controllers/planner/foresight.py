@@ -19,9 +19,10 @@ from itertools import pairwise
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from dmil.arrays import FloatArray, IntArray
 from dmil.controllers.planner.beam import search
 from dmil.controllers.planner.crossing import KnownIntersection
-from dmil.controllers.protocol import FloatArray, IntArray, RunContext
+from dmil.controllers.protocol import RunContext
 from dmil.controllers.rules.phase_choice import PhaseChoice, signalled
 from dmil.errors import InputError
 from dmil.network import Intersection

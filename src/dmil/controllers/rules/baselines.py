@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dmil.controllers.protocol import FloatArray, IntArray, RunContext
+from dmil.arrays import FloatArray, IntArray
+from dmil.controllers.protocol import RunContext
 from dmil.controllers.rules.cycles import Cycles
 from dmil.controllers.rules.phase_choice import PhaseChoice
 from dmil.controllers.rules.settings import (

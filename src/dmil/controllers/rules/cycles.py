@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dmil.controllers.protocol import IntArray
+from dmil.arrays import IntArray
 
 
 class Cycles:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmil.controllers.protocol import IntArray
+from dmil.arrays import IntArray
 from dmil.simulation import Observation
 
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import BoolArray, FloatArray, IntArray
 from dmil.compilation import kernel
-from dmil.controllers.protocol import FloatArray, IntArray
 from dmil.network import RoadNetwork
 from dmil.scenarios import SignalTiming, lost_s
-
-BoolArray = npt.NDArray[np.bool_]
 
 ROUNDING = 1e-9
 """Pressures are sums of thirds and the like: equal ones may differ in the last bit."""

@@ -28,14 +28,13 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
+from dmil.arrays import BoolArray, FloatArray, IntArray
 from dmil.compilation import TypedOnce, kernel
 from dmil.controllers.parameters import parameters_of
-from dmil.controllers.protocol import FloatArray, IntArray, RunContext
+from dmil.controllers.protocol import RunContext
 from dmil.controllers.rules.observed import Observed, observed
 from dmil.controllers.rules.phase_choice import signalled
 from dmil.simulation import Observation
-
-BoolArray = npt.NDArray[np.bool_]
 
 
 class SotlSettings(BaseModel):

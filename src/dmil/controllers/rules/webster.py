@@ -29,10 +29,10 @@ from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
-from dmil.controllers.protocol import FloatArray, IntArray, RunContext
+from dmil.arrays import FloatArray, IntArray
+from dmil.controllers.protocol import RunContext
 from dmil.controllers.rules.cycles import Cycles
 from dmil.demand import Vehicles
 from dmil.errors import InputError
@@ -165,7 +165,7 @@ def mean_flows(network: RoadNetwork, vehicles: Vehicles) -> FloatArray:
 
 
 def flow_ratios(
-    item: Intersection, flow_veh_per_s: npt.NDArray[np.float64], saturation_veh_per_s: float
+    item: Intersection, flow_veh_per_s: FloatArray, saturation_veh_per_s: float
 ) -> list[float]:
     """Return the flow ratio of every movement: that of its fullest lane (ours).
 

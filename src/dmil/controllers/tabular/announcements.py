@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from dmil.controllers.protocol import FloatArray, IntArray, RunContext
+from dmil.arrays import BoolArray, FloatArray, IntArray
+from dmil.controllers.protocol import RunContext
 from dmil.simulation import Observation
-
-BoolArray = npt.NDArray[np.bool_]
 
 
 class Announcements:

@@ -8,13 +8,13 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, RunContext
+from dmil.arrays import Arrays, FloatArray, IntArray
+from dmil.controllers.protocol import RunContext
 from dmil.controllers.rules.phase_choice import PhaseChoice
-from dmil.controllers.tabular.agents import Agents, agents_of, classes_of
+from dmil.controllers.tabular.agents import Agents, Prior, agents_of, classes_of
 from dmil.controllers.tabular.announcements import Announcements
 from dmil.controllers.tabular.choice import DRAWS
 from dmil.controllers.tabular.meetings import NEWS, CentralReply, Meetings, Post
-from dmil.controllers.tabular.prior import Prior
 from dmil.controllers.tabular.settings import LearnerSettings
 from dmil.errors import PolicyError
 from dmil.memory import ABSENT, Merged, Rows, make_scratch

@@ -6,13 +6,13 @@ from functools import lru_cache
 
 import numpy as np
 
+from dmil.arrays import Arrays, IntArray
 from dmil.compilation import TypedOnce, kernel
-from dmil.controllers.protocol import Arrays, IntArray, MemoryUse, RunContext
-from dmil.controllers.tabular.agents import Agents, classes_of
+from dmil.controllers.protocol import MemoryUse, RunContext
+from dmil.controllers.tabular.agents import Agents, Prior, classes_of
 from dmil.controllers.tabular.choice import explores, greedy_action, uniform_action, unseen_action
 from dmil.controllers.tabular.learner import FIRST_CAPACITY, Step, TabularLearner
 from dmil.controllers.tabular.meetings import CHANGE, ROWS
-from dmil.controllers.tabular.prior import Prior
 from dmil.controllers.tabular.settings import SarsaSettings
 from dmil.memory import (
     ABSENT,
