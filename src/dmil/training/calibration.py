@@ -23,7 +23,7 @@ from dmil.simulation.protocol import Simulator
 from dmil.simulation.sumo import SumoSimulator
 from dmil.simulation.sumo.approaches import RouteGeometry, build_ways
 from dmil.simulation.sumo.survey import Survey, SurveyFiles
-from dmil.training.evaluation import vehicles_of_seed
+from dmil.training.phases import vehicles_of_seed
 
 SEED = 7_000_000
 """Seed of the run that is measured: far from those of tests."""
