@@ -62,8 +62,6 @@ def rows_in_common(rows: Rows, members: IntArray) -> int:
 
     Parameters
     ----------
-    rows
-        Keyed rows of all agents.
     members: (members,) int32
     """
     least = int(rows.size[members].min())
@@ -80,8 +78,6 @@ def message_bytes(table: ValueTable | BestTable, owners: IntArray) -> int:
 
     Parameters
     ----------
-    table
-        Memories of all agents.
     owners: (owners,) int
     """
     keys = table.rows.keys
@@ -98,16 +94,10 @@ def merged_values(
 
     Parameters
     ----------
-    table
-        Memories of all agents.
-    classes
-        The embedding.
     heard: (agents,) int32
         Whose memories arrived; at least one.
     common: int
         How many leading rows have the same keys for all of them.
-    scratch
-        Working space.
     """
     goal = values_of(table, heard[:1], _room(table.rows, heard, common))
     merge_values(table, classes, heard, common, goal, 0, scratch)
@@ -150,14 +140,8 @@ def give_values(
         Memories of all agents; room for the rows of the merged one beside the most of an agent.
     merged
         Table of one owner.
-    classes
-        The embedding.
-    shape: int
-        Shape of the agents.
     reached: (agents,) int32
-        Whom it reached.
-    scratch
-        Working space.
+        Whom it reached; all of one shape.
     """
     for agent in reached:
         mine = values_of(table, np.array([agent]), int(table.rows.size.max()))
@@ -225,12 +209,6 @@ def take_over_values(
         What is replaced; room for all rows of both.
     mine, answer
         Tables of one owner: what ``owner`` had until now, and what the central unit sent.
-    classes
-        The embedding.
-    shape: int
-        The owner's shape.
-    scratch
-        Working space.
     """
     clear_values(table, owner)
     for row in range(answer.rows.size[0]):

@@ -135,8 +135,6 @@ def gather(
 
     Parameters
     ----------
-    entries
-        All tables.
     table: (batch,) int32
         Where to look.
     key: (batch, places) float32

@@ -24,8 +24,6 @@ def find_pattern(rows: Rows, owner: int, pattern: IntArray, reach: int, key: Int
     ----------
     rows
         Keys of all owners, found by hashing (no tolerance).
-    owner: int
-        Whose keys.
     pattern: (1, places) int32
         Counts.
     reach: int

@@ -112,10 +112,6 @@ def find(rows: Rows, owner: int, variants: IntArray, count: int) -> tuple[int, i
 
     Parameters
     ----------
-    rows
-        The table.
-    owner: int
-        Whose rows.
     variants: (at least count, places) int32
         The key looked for under each symmetry.
     count: int

@@ -67,8 +67,6 @@ def take_in(
         Memories of all owners; long-term memory has room for all rows of the table.
     table
         Table of one owner; no key is in the class of an older one.
-    classes, owner, shape, scratch
-        See `remember`.
     """
     short = memory.short
     clear_values(short, owner)
@@ -186,9 +184,6 @@ def import_values(
         Table with shapes as owners and room for all rows of the source.
     classes
         The embedding of ``table``.
-    shape: int
-    scratch
-        Working space.
     """
     for origin in range(source.rows.size[shape]):
         embed(classes, source.rows.keys[shape, origin], scratch.key)
@@ -224,13 +219,8 @@ def import_best(
         Long-term memory with shapes as owners and room for the staged rows.
     classes
         The embedding of ``table``.
-    shape: int
     staged_ratio, significance: float
         See `DualMemory`.
-    scratch
-        Working space.
-    admission
-        Cap on the table.
     """
     if admission.capacity:
         _record_all(source, table, admission, classes, shape, scratch)

@@ -96,8 +96,6 @@ def embed(classes: Classes, state: IntArray, key: IntArray) -> None:
 
     Parameters
     ----------
-    classes
-        The embedding.
     state: (movements,) int32
     key: (parts·movements,) int32
         Filled in place; of two parts the first is not scaled.
@@ -125,9 +123,6 @@ def vary(classes: Classes, shape: int, key: IntArray, variants: IntArray) -> int
 
     Parameters
     ----------
-    classes
-        The embedding.
-    shape: int
     key: (parts·movements,) int32
     variants: (at least the number of symmetries, parts·movements) int32
         Filled in place; the first is the key itself.

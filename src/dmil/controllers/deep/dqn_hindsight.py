@@ -8,12 +8,12 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from dmil.arrays import Array, Arrays, IntArray, Single
+from dmil.arrays import IntArray, Single
 from dmil.controllers.deep.dqn import Batch, DqnController
+from dmil.controllers.deep.learner import Part
 from dmil.controllers.deep.settings import HindsightSettings
 from dmil.controllers.protocol import RunContext
 from dmil.memory.replay import Columns, Replay, Runs
-from dmil.memory.saved import named, part
 
 
 class HindsightController(DqnController):
@@ -102,12 +102,10 @@ class HindsightController(DqnController):
     def _transitions(self, shape: int) -> int:
         return self._replays[shape].size * self.agents.members[shape].size
 
-    def _arrays_of(self, shape: int) -> dict[str, Array]:
-        return {**super()._arrays_of(shape), **named("runs", self._runs[shape].arrays())}
-
-    def _restore_of(self, shape: int, arrays: Arrays) -> None:
-        super()._restore_of(shape, arrays)
-        self._runs[shape].restore(part("runs", arrays), self._replays[shape].written)
+    def _parts_of(self, shape: int) -> dict[str, Part]:
+        runs, replay = self._runs[shape], self._replays[shape]
+        own: Part = runs.arrays, lambda arrays: runs.restore(arrays, replay.written)
+        return {**super()._parts_of(shape), ".runs": own}
 
 
 def _with_goal(state: npt.NDArray[np.integer], goal: npt.NDArray[np.integer]) -> IntArray:

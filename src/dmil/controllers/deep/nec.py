@@ -13,8 +13,7 @@ import torch
 from dmil.arrays import Array, Arrays, FloatArray, IntArray
 from dmil.compilation import kernel
 from dmil.controllers.deep.learner import NetworkLearner
-from dmil.controllers.deep.network import Adam, Mlp, one_thread
-from dmil.controllers.deep.q_network import features
+from dmil.controllers.deep.network import Adam, Mlp, features, one_thread
 from dmil.controllers.deep.settings import NecSettings
 from dmil.controllers.episodic.returns import ReturnWindow, best_tried
 from dmil.controllers.protocol import MemoryUse, RunContext
@@ -32,8 +31,6 @@ from dmil.memory.replay import Replay
 from dmil.memory.saved import named, part
 from dmil.simulation import Observation
 
-SOURCES = ("neighbours", "untried")
-
 
 class NecController(NetworkLearner):
     """One agent per intersection; agents of one shape share an embedding and its dictionaries.
@@ -48,11 +45,11 @@ class NecController(NetworkLearner):
     """
 
     settings: NecSettings
+    SOURCES = ("neighbours", "untried")
     _entries: Entries
 
     def __init__(self, settings: NecSettings | None = None) -> None:
         super().__init__("nec", settings or NecSettings())
-        self._lookups = np.zeros(len(SOURCES), np.int64)
 
     def reset(self, context: RunContext) -> None:
         """Get ready for a run; see `SharedLearner.reset`."""
@@ -79,10 +76,6 @@ class NecController(NetworkLearner):
                 self._window.choose(state, key, action)
                 self._decisions += 1
         return action
-
-    def lookups(self) -> dict[str, int]:
-        """Return how often a state and phase were looked up to choose so far, by what was found."""
-        return dict(zip(SOURCES, self._lookups.tolist(), strict=True))
 
     def memory_use(self) -> MemoryUse:
         """Return how much is remembered now: one entry per embedding and phase."""
@@ -220,8 +213,6 @@ def recall_all(
     key: (agents, embedding) float32
     softening: float
         δ.
-    nearest
-        Working space.
     touches
         Whether what is read counts as used.
     value: (agents, actions) float64

@@ -11,17 +11,15 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from dmil.arrays import Array, Arrays, IntArray, Single
-from dmil.controllers.deep.learner import DeepLearner
-from dmil.controllers.deep.q_network import QNetwork, features
+from dmil.arrays import IntArray, Single
+from dmil.controllers.deep.learner import DeepLearner, Part
+from dmil.controllers.deep.network import QNetwork, features
 from dmil.controllers.deep.settings import VdnSettings
 from dmil.controllers.protocol import MemoryUse, RunContext
 from dmil.errors import PolicyError
 from dmil.memory.replay import Columns, Replay
-from dmil.memory.saved import named, part, saved_array
 
 Counts = npt.NDArray[np.integer]
-DECISIONS = "decisions"
 
 
 class VdnController(DeepLearner):
@@ -69,26 +67,9 @@ class VdnController(DeepLearner):
         networks = sum(network.bytes_used for network in self._networks)
         return MemoryUse(0.0, 0.0, size, size, size, networks + self._replay.bytes_used)
 
-    def arrays(self) -> Arrays:
-        """Return networks, moments and transitions as flat arrays."""
-        saved: dict[str, Array] = {DECISIONS: np.array(self._decisions, np.int64)}
-        for shape, network in enumerate(self._networks):
-            saved |= named(str(shape), network.arrays())
-        return {**saved, **named("replay", self._replay.arrays())}
-
-    def restore(self, arrays: Arrays) -> None:
-        """Replace networks, moments and transitions.
-
-        Raises
-        ------
-        PolicyError
-            If the arrays are not those of the same networks and agents.
-        """
-        decisions = int(saved_array(arrays, DECISIONS, (), np.int64, least=0))
-        for shape, network in enumerate(self._networks):
-            network.restore(part(str(shape), arrays))
-        self._replay.restore(part("replay", arrays))
-        self._decisions = decisions
+    def _parts(self) -> dict[str, Part]:
+        networks = {str(i): (each.arrays, each.restore) for i, each in enumerate(self._networks)}
+        return {**networks, "replay": (self._replay.arrays, self._replay.restore)}
 
     def _start(self, context: RunContext) -> None:
         settings, members = self.settings, self.agents.members

@@ -7,12 +7,14 @@ served, so no choice depends on them.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from dmil.arrays import Arrays, FloatArray, IntArray
 from dmil.compilation import kernel
+from dmil.controllers.parameters import Settings
 from dmil.controllers.protocol import MemoryUse, RunContext
 from dmil.controllers.tabular.agents import Agents, agents_of
 from dmil.controllers.tabular.choice import DRAWS, explores, greedy_action, uniform_action
@@ -27,10 +29,8 @@ LARGEST_VEH = 4095
 """Counts above are taken for this: squares of sums up to it are whole in 32-bit floats."""
 
 
-class SharedSettings(BaseModel):
+class SharedSettings(Settings):
     """What all of these learners are told."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     approaching: bool = Field(
         default=False, description="Whether the state includes approaching vehicles."
@@ -65,8 +65,12 @@ class SharedLearner(ABC):
         What all of them share.
     """
 
+    SOURCES: ClassVar[tuple[str, ...]] = ()
+    """Where what is looked up may be found: names of what kernels count."""
+
     def __init__(self, name: str, settings: SharedSettings) -> None:
         self._name = name
+        self._lookups = np.zeros(len(self.SOURCES), np.int64)
         self._shared_settings = settings
         self._agents: Agents | None = None
         # Decisions that were learned from, over all runs.
@@ -156,6 +160,10 @@ class SharedLearner(ABC):
         choose_all(value, self._phase_count, alike, draws, self.epsilon, action)
         return action
 
+    def lookups(self) -> dict[str, int]:
+        """Return how often was looked up so far, by where a value was found."""
+        return dict(zip(self.SOURCES, self._lookups.tolist(), strict=True))
+
     def use_of(self, entries: IntArray, bytes_total: int) -> MemoryUse:
         """Return the memory in use.
 
@@ -173,13 +181,7 @@ class SharedLearner(ABC):
         return {**arrays, DECISIONS: np.array([self._decisions], np.int64)}
 
     def _take_decisions(self, arrays: Arrays) -> None:
-        """Go on counting decisions from a saved number.
-
-        Raises
-        ------
-        PolicyError
-            If there is none.
-        """
+        """Go on counting decisions from a saved number: PolicyError if there is none."""
         self._decisions = int(saved_array(arrays, DECISIONS, (1,), np.int64, least=0)[0])
 
     @abstractmethod

@@ -26,8 +26,6 @@ from dmil.memory.neighbours import (
 from dmil.memory.packed_entries import bytes_of_entries, pack_entries, unpack_entries
 from dmil.simulation import Observation
 
-SOURCES = ("exact", "neighbours", "untried")
-
 
 class MfecSettings(SharedSettings):
     """Model-free episodic control."""
@@ -63,12 +61,12 @@ class MfecController(SharedLearner):
         See `MfecSettings`.
     """
 
+    SOURCES = ("exact", "neighbours", "untried")
     _entries: Entries
 
     def __init__(self, settings: MfecSettings | None = None) -> None:
         self.settings = settings or MfecSettings()
         super().__init__("mfec", self.settings)
-        self._lookups = np.zeros(len(SOURCES), np.int64)
 
     def reset(self, context: RunContext) -> None:
         """Get ready for a run; see `SharedLearner.reset`."""
@@ -103,10 +101,6 @@ class MfecController(SharedLearner):
             self._window.choose(key, action)
             self._decisions += 1
         return action
-
-    def lookups(self) -> dict[str, int]:
-        """Return how often a state and phase were looked up so far, by where a value was found."""
-        return dict(zip(SOURCES, self._lookups.tolist(), strict=True))
 
     def memory_use(self) -> MemoryUse:
         """Return how much is remembered now: one entry per state and phase."""
@@ -163,8 +157,6 @@ def estimate_all(
         Table shape·actions + action is that of a shape and an action.
     shape, phase_count: (agents,) int32
     key: (agents, places) float32
-    nearest
-        Working space.
     touches
         Whether what is read counts as used.
     value: (agents, actions) float64

@@ -14,6 +14,7 @@ from pydantic import Field
 from dmil.arrays import Arrays, FloatArray, IntArray
 from dmil.compilation import kernel
 from dmil.controllers.episodic.by_shape import SharedLearner, SharedSettings
+from dmil.controllers.parameters import parameters_of
 from dmil.controllers.protocol import MemoryUse, RunContext
 from dmil.controllers.tabular.announcements import Announcements
 from dmil.controllers.tabular.choice import DRAWS, explores, greedy_action, uniform_action
@@ -34,7 +35,6 @@ from dmil.memory.patterns import find_pattern
 from dmil.simulation import Observation
 
 FIRST_CAPACITY = 64
-SOURCES = ("pattern", "prediction", "unseen")
 
 
 class PlmpSettings(SharedSettings):
@@ -95,8 +95,8 @@ class PlmpRules(NamedTuple):
     """The settings that the kernel needs; see `PlmpSettings`."""
 
     reach: int
-    predicts: bool
-    learns: bool
+    prediction: bool
+    learning: bool
     learning_rate: float
     discount: float
     capacity: int
@@ -111,12 +111,13 @@ class PlmpController(SharedLearner):
         See `PlmpSettings`.
     """
 
+    SOURCES = ("pattern", "prediction", "unseen")
     _table: ValueTable
 
     def __init__(self, settings: PlmpSettings | None = None) -> None:
         self.settings = settings or PlmpSettings()
         super().__init__("plmp", self.settings)
-        self._lookups = np.zeros(len(SOURCES), np.int64)
+        self._rules = parameters_of(PlmpRules, self.settings)
 
     def reset(self, context: RunContext) -> None:
         """Get ready for a run; see `SharedLearner.reset`."""
@@ -155,10 +156,6 @@ class PlmpController(SharedLearner):
         self._decisions += settings.learning
         return self._action.copy()
 
-    def lookups(self) -> dict[str, int]:
-        """Return how often a state was looked up so far, by where it was found."""
-        return dict(zip(SOURCES, self._lookups.tolist(), strict=True))
-
     def memory_use(self) -> MemoryUse:
         """Return how much is remembered now: the classes."""
         return self.use_of(self._table.rows.size, bytes_used(self._table.rows, self._table[1:]))
@@ -178,18 +175,6 @@ class PlmpController(SharedLearner):
         table = unpack_values(arrays, self._table)
         self._take_decisions(arrays)
         self._table = table
-
-    @property
-    def _rules(self) -> PlmpRules:
-        settings = self.settings
-        return PlmpRules(
-            settings.reach,
-            settings.prediction,
-            settings.learning,
-            settings.learning_rate,
-            settings.discount,
-            settings.capacity,
-        )
 
     def _start(self, context: RunContext) -> None:
         shapes, actions = len(self.agents.signatures), int(self._phase_count.max())
@@ -223,7 +208,7 @@ def decide_plmp(
         owner, draws = shape[agent], step.draws[agent]
         row = _find(table, owner, step.pattern, agent, step, rules)
         known, source = row, 0
-        if row == ABSENT and rules.predicts:
+        if row == ABSENT and rules.prediction:
             known = _find(table, owner, step.ahead, agent, step, rules)
             source = 1
         step.lookups[source if known != ABSENT else 2] += 1
@@ -243,13 +228,13 @@ def decide_plmp(
         count = phase_count[agent]
         if known == ABSENT or explores(draws, step.epsilon):
             action = uniform_action(draws[1], count)
-        elif rules.learns:
+        elif rules.learning:
             # Untried ones count as 0, as in SARSA.
             action = greedy_action(table.value[owner, known], step.alike, count, draws[2])
         else:
             action = best if best != ABSENT else uniform_action(draws[1], count)
         step.action[agent] = action
-        if row == ABSENT and rules.learns and table.rows.size[owner] < rules.capacity:
+        if row == ABSENT and rules.learning and table.rows.size[owner] < rules.capacity:
             row = append(table.rows, owner, step.pattern[agent])
         step.row[agent] = row
     return finite

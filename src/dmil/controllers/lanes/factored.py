@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from dmil.compilation import TypedOnce
 from dmil.controllers.lanes.factored_choice import ROWS, FactoredParams, decide, make_gains
 from dmil.controllers.lanes.lane_groups import LaneGroups
 from dmil.controllers.lanes.lane_memory import LaneMemory, LaneWork
-from dmil.controllers.parameters import parameters_of
+from dmil.controllers.parameters import Settings, parameters_of
 
 
-class FactoredSettings(BaseModel):
+class FactoredSettings(Settings):
     """Factored dual memory."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     approaching: bool = Field(
         default=True, description="Whether vehicles that arrive within the interval are observed."

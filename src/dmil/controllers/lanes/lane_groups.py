@@ -6,6 +6,7 @@ is what it has of a network: how much of it is green in a phase, whom it feeds a
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
@@ -130,7 +131,7 @@ def lane_groups(context: RunContext) -> LaneGroups:
             groups.append([i * width + j for j in group])
             lanes.append(len({lane for j in group for lane in item.movements[j].lanes}) or 1)
             group_link.append(network.link_index[item.movements[group[0]].from_link])
-        users = _users_of_lanes(item)
+        users = Counter((m.from_link, lane) for m in item.movements for lane in m.lanes)
         for j, movement in enumerate(item.movements):
             ahead[i * width + j] = to_signals[network.link_index[movement.to_link]]
             own = sum(1 / users[movement.from_link, lane] for lane in movement.lanes) or 1.0
@@ -183,15 +184,6 @@ def _sharing_lanes(item: Intersection) -> list[list[int]]:
         members = [member for group in joined for member in group[1]]
         found.append((lanes.union(*(group[0] for group in joined)), [*members, j]))
     return sorted(sorted(members) for _, members in found)
-
-
-def _users_of_lanes(item: Intersection) -> dict[tuple[str, int], int]:
-    """Return how many movements use each lane, by link and number of the lane."""
-    users: dict[tuple[str, int], int] = {}
-    for movement in item.movements:
-        for lane in movement.lanes:
-            users[movement.from_link, lane] = users.get((movement.from_link, lane), 0) + 1
-    return users
 
 
 def _ways_to_signals(network: RoadNetwork) -> list[int]:

@@ -5,20 +5,18 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from dmil.compilation import TypedOnce
 from dmil.controllers.lanes.lane_groups import LaneGroups
 from dmil.controllers.lanes.lane_inputs import STATE_BINS
 from dmil.controllers.lanes.lane_memory import LaneMemory, LaneWork
 from dmil.controllers.lanes.lookahead_choice import OUTCOMES, LookaheadParams, Plans, decide
-from dmil.controllers.parameters import parameters_of
+from dmil.controllers.parameters import Settings, parameters_of
 
 
-class LookaheadSettings(BaseModel):
+class LookaheadSettings(Settings):
     """Model memory with look-ahead."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     depth: Literal[1, 2] = Field(default=2, description="Decisions of lookahead.")
     plan: float = Field(

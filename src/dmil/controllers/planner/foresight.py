@@ -17,9 +17,10 @@ from collections import Counter
 from itertools import pairwise
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from dmil.arrays import FloatArray, IntArray
+from dmil.controllers.parameters import Settings
 from dmil.controllers.planner.beam import search
 from dmil.controllers.planner.crossing import KnownIntersection
 from dmil.controllers.protocol import RunContext
@@ -32,10 +33,8 @@ from dmil.simulation import Observation
 WHERE = "controller 'foresight'"
 
 
-class ForesightSettings(BaseModel):
+class ForesightSettings(Settings):
     """The planner."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     width: int = Field(
         default=1000,

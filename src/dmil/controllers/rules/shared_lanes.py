@@ -180,8 +180,6 @@ def watch(
 
     Parameters
     ----------
-    shared
-        See there.
     served: (intersections, phases, movements) bool
         See `dmil.controllers.rules.phase_choice.signalled`.
     interval_s: int

@@ -29,11 +29,12 @@ from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from dmil.arrays import FloatArray, IntArray
+from dmil.controllers.parameters import Settings
 from dmil.controllers.protocol import RunContext
-from dmil.controllers.rules.cycles import Cycles
+from dmil.controllers.rules.baselines import Cycles
 from dmil.demand import Vehicles
 from dmil.errors import InputError
 from dmil.network import Intersection, RoadNetwork
@@ -47,10 +48,8 @@ MOST_SETS = 20_000
 """Sets of phases that are compared; with more the first phases that cover all movements do."""
 
 
-class WebsterSettings(BaseModel):
+class WebsterSettings(Settings):
     """Webster's plan."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     saturation_flow_veh_per_s: float | None = Field(
         default=None,

@@ -7,6 +7,7 @@ import numpy as np
 from dmil.arrays import BoolArray, FloatArray, IntArray
 from dmil.controllers.protocol import RunContext
 from dmil.simulation import Observation
+from dmil.simulation.timing import signals_of
 
 
 class Announcements:
@@ -24,21 +25,15 @@ class Announcements:
 
     def __init__(self, context: RunContext) -> None:
         network, dynamics = context.network, context.dynamics
-        interval_s = context.decision_interval_s
-        most = max(len(item.movements) for item in network.intersections)
-        phases = max(len(item.phases) for item in network.intersections)
-        shape = len(network.intersections), most
+        interval_s, signals = context.decision_interval_s, signals_of(network)
         self._queue_link, self._exit_link = network.movement_links
-        self._flow_veh_per_s = np.zeros(shape)
+        self._flow_veh_per_s = np.zeros(signals.unsignalled.shape)
         # The last row is that of no phase: only what needs no signal is served.
-        self._served = np.zeros((shape[0], phases + 1, most), np.bool_)
+        self._served = np.concatenate([signals.served, signals.unsignalled[:, None]], axis=1)
         for i, item in enumerate(network.intersections):
             for j, movement in enumerate(item.movements):
                 lanes = max(1, len(movement.lanes))
                 self._flow_veh_per_s[i, j] = dynamics.saturation_flow_veh_per_s * lanes
-            for p, phase in enumerate(item.phases):
-                self._served[i, p, sorted(phase)] = True
-            self._served[i, :, sorted(item.unsignalled)] = True
         on_link = np.bincount(self._queue_link.ravel(), minlength=len(network.links) + 1)
         self._movements = np.maximum(on_link, 1)
         travel_s = np.array([link.free_flow_time_s for link in network.links])

@@ -305,14 +305,8 @@ def decide_dual_memory(
 
     Parameters
     ----------
-    classes, memory
-        Equivalence classes, and the memories of all agents.
-    step
-        See `Step`.
     found_before: (agents, 6) int64
         Where ``key_before`` was found, then where ``key`` was; see `dmil.memory.note_found`.
-    scratch
-        Working space.
     """
     short_changes, long_changes = memory.short.rows.changes, memory.long.rows.changes
     for agent in range(step.state.shape[0]):

@@ -192,14 +192,8 @@ def decide_sarsa(
 
     Parameters
     ----------
-    classes, table
-        Equivalence classes and Q-tables.
     owner: (agents,) int32
         Whose table an agent uses.
-    step
-        See `Step`.
-    scratch
-        Working space.
     """
     for agent in range(owner.shape[0]):
         mine, shape = owner[agent], classes.shape[agent]
