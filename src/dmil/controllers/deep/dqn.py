@@ -16,7 +16,7 @@ from dmil.arrays import IntArray, LongArray, Single
 from dmil.controllers.deep.learner import DeepLearner, Part
 from dmil.controllers.deep.network import QNetwork
 from dmil.controllers.deep.settings import DqnSettings, PrioritisedSettings
-from dmil.controllers.protocol import MemoryUse, RunContext
+from dmil.controllers.protocol import MemoryUse
 from dmil.memory.replay import Columns, Replay
 from dmil.memory.sum_tree import Priorities
 
@@ -53,8 +53,6 @@ class DqnController(DeepLearner):
 
     Parameters
     ----------
-    settings
-        See `DqnSettings`.
     name
         Name of the controller, for errors.
     """
@@ -69,7 +67,7 @@ class DqnController(DeepLearner):
         entries = np.array([self._transitions(shape) for shape in range(len(self._replays))])
         return self.use_of(entries, sum(self._bytes(shape) for shape in range(entries.size)))
 
-    def _start(self, context: RunContext) -> None:
+    def _start(self) -> None:
         settings, agents = self.settings, self.agents
         phases = [int(self._phase_count[members[0]]) for members in agents.members]
         self._networks = [QNetwork(self._inputs, n, settings, self._rng) for n in phases]
@@ -176,11 +174,6 @@ class PrioritisedController(DqnController):
 
     Differs from the paper: plain Q-learning targets, not Double DQN's, so that replay is all that
     differs from ``dqn``; weights are divided by the largest of the batch.
-
-    Parameters
-    ----------
-    settings
-        See `PrioritisedSettings`.
     """
 
     settings: PrioritisedSettings
@@ -188,8 +181,8 @@ class PrioritisedController(DqnController):
     def __init__(self, settings: PrioritisedSettings | None = None) -> None:
         super().__init__(settings or PrioritisedSettings(), name="dqn-prioritised")
 
-    def _start(self, context: RunContext) -> None:
-        super()._start(context)
+    def _start(self) -> None:
+        super()._start()
         settings = self.settings
         self._priorities = [
             Priorities(

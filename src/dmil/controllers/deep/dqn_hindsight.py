@@ -26,11 +26,6 @@ class HindsightController(DqnController):
 
     Differs from the paper: DQN instead of DDPG; goals are exchanged at sampling instead of storing
     every transition k + 1 times, which has the same distribution and needs less memory.
-
-    Parameters
-    ----------
-    settings
-        See `HindsightSettings`.
     """
 
     settings: HindsightSettings
@@ -45,8 +40,8 @@ class HindsightController(DqnController):
             for runs, replay in zip(self._runs, self._replays, strict=True):
                 runs.begin(replay.written)
 
-    def _start(self, context: RunContext) -> None:
-        super()._start(context)
+    def _start(self) -> None:
+        super()._start()
         self._runs = [Runs(replay.capacity) for replay in self._replays]
 
     @property

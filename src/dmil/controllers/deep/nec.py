@@ -37,11 +37,6 @@ class NecController(NetworkLearner):
 
     Differs from the paper: the loss moves the embedding only, not the keys and values that are
     stored; the inputs are counts, not pictures.
-
-    Parameters
-    ----------
-    settings
-        See `NecSettings`.
     """
 
     settings: NecSettings
@@ -108,7 +103,7 @@ class NecController(NetworkLearner):
         self._take_decisions(arrays)
         self._entries = entries
 
-    def _start(self, context: RunContext) -> None:
+    def _start(self) -> None:
         settings, shapes = self.settings, len(self.agents.signatures)
         self._actions = int(self._phase_count.max())
         layers = self.places, settings.hidden, settings.embedding

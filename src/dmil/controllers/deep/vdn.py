@@ -31,11 +31,6 @@ class VdnController(DeepLearner):
 
     Differs from the paper: no recurrent layers and no dueling heads; agents of different shapes
     have different networks.
-
-    Parameters
-    ----------
-    settings
-        See `VdnSettings`.
     """
 
     settings: VdnSettings
@@ -71,7 +66,7 @@ class VdnController(DeepLearner):
         networks = {str(i): (each.arrays, each.restore) for i, each in enumerate(self._networks)}
         return {**networks, "replay": (self._replay.arrays, self._replay.restore)}
 
-    def _start(self, context: RunContext) -> None:
+    def _start(self) -> None:
         settings, members = self.settings, self.agents.members
         self._networks = [
             QNetwork(self.places + of.size, int(self._phase_count[of[0]]), settings, self._rng)

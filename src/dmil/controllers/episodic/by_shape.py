@@ -98,7 +98,7 @@ class SharedLearner(ABC):
         self._columns, self._there = signalled_columns(network)
         self._phase_count = np.array([len(i.phases) for i in network.intersections], np.int32)
         if before is None:
-            self._start(context)
+            self._start()
 
     @property
     def agents(self) -> Agents:
@@ -185,7 +185,7 @@ class SharedLearner(ABC):
         self._decisions = int(saved_array(arrays, DECISIONS, (1,), np.int64, least=0)[0])
 
     @abstractmethod
-    def _start(self, context: RunContext) -> None:
+    def _start(self) -> None:
         """Make the memories to start from."""
 
 

@@ -54,11 +54,6 @@ class MfecController(SharedLearner):
 
     Differs from the paper: returns are taken over n decisions, because traffic has no episodes; the
     state is the counts themselves, not a projection of a picture.
-
-    Parameters
-    ----------
-    settings
-        See `MfecSettings`.
     """
 
     SOURCES = ("exact", "neighbours", "untried")
@@ -123,7 +118,7 @@ class MfecController(SharedLearner):
         self._take_decisions(arrays)
         self._entries = entries
 
-    def _start(self, context: RunContext) -> None:
+    def _start(self) -> None:
         self._actions = int(self._phase_count.max())
         tables = len(self.agents.signatures) * self._actions
         self._entries = make_entries(tables, self.settings.capacity, self.places)

@@ -103,13 +103,7 @@ class PlmpRules(NamedTuple):
 
 
 class PlmpController(SharedLearner):
-    """One agent per intersection; agents of one shape share a table of Q over pattern classes.
-
-    Parameters
-    ----------
-    settings
-        See `PlmpSettings`.
-    """
+    """One agent per intersection; agents of one shape share a table of Q over pattern classes."""
 
     SOURCES = ("pattern", "prediction", "unseen")
     _table: ValueTable
@@ -176,7 +170,7 @@ class PlmpController(SharedLearner):
         self._take_decisions(arrays)
         self._table = table
 
-    def _start(self, context: RunContext) -> None:
+    def _start(self) -> None:
         shapes, actions = len(self.agents.signatures), int(self._phase_count.max())
         self._table = make_value_table(shapes, FIRST_CAPACITY, self.places, actions, 0)
 

@@ -67,11 +67,6 @@ class FactoredController(LaneMemory):
 
     Its long-term memory is one table of lanes at the central unit, which every intersection writes
     at every decision; its short-term memory is each lane's arrival rate and what was done last.
-
-    Parameters
-    ----------
-    settings
-        See `FactoredSettings`.
     """
 
     name = "factored"

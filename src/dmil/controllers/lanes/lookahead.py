@@ -96,11 +96,6 @@ class LookaheadController(LaneMemory):
     See docs/controllers/lookahead.md. Its memory is one table at the central unit, of what a simple
     lane model misses, which every intersection writes at every decision; and each lane's arrival
     rate.
-
-    Parameters
-    ----------
-    settings
-        See `LookaheadSettings`.
     """
 
     name = "lookahead"

@@ -49,11 +49,6 @@ class ForesightController:
 
     Once the plan is over, after the last arrival, the longest queues are served first.
 
-    Parameters
-    ----------
-    settings
-        See `ForesightSettings`.
-
     Attributes
     ----------
     planned_veh_s: (decisions,) int64

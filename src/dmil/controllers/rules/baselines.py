@@ -106,11 +106,6 @@ class FixedCycleController:
 
     The cycle holds, in the order of the network, the phases that serve a movement no earlier phase
     of the cycle serves: for the paper's intersection its first four.
-
-    Parameters
-    ----------
-    settings
-        See `FixedCycleSettings`.
     """
 
     def __init__(self, settings: FixedCycleSettings | None = None) -> None:
@@ -196,11 +191,6 @@ class LongestQueueFirstController(_GreedyController):
 
     What a switch costs, and which of equally good phases is taken: see `PhaseChoice`; what keeps
     lanes that movements share from getting stuck: `SharedLaneGuard`.
-
-    Parameters
-    ----------
-    settings
-        See `LongestQueueFirstSettings`.
     """
 
     def __init__(self, settings: LongestQueueFirstSettings | None = None) -> None:
@@ -221,11 +211,6 @@ class MaxPressureController(_GreedyController):
     lanes that movements share from getting stuck: `SharedLaneGuard`. With ``approaching`` vehicles
     that arrive within the decision interval count as queued where they come from, since this green
     can serve them; where a movement leads to, only those queued do.
-
-    Parameters
-    ----------
-    settings
-        See `MaxPressureSettings`.
     """
 
     def __init__(self, settings: MaxPressureSettings | None = None) -> None:

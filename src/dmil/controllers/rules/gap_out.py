@@ -79,11 +79,6 @@ class GapOutController:
 
     The sequence holds the phases that serve a movement which no earlier one of it serves, in the
     order of the network (`covering_phases`).
-
-    Parameters
-    ----------
-    settings
-        See `GapOutSettings`.
     """
 
     def __init__(self, settings: GapOutSettings | None = None) -> None:

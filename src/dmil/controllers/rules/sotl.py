@@ -64,13 +64,7 @@ class SotlParams(NamedTuple):
 
 
 class SotlController:
-    """Switches to the phase before which most vehicle-seconds of red have been counted.
-
-    Parameters
-    ----------
-    settings
-        See `SotlSettings`.
-    """
+    """Switches to the phase before which most vehicle-seconds of red have been counted."""
 
     def __init__(self, settings: SotlSettings | None = None) -> None:
         self.settings = settings or SotlSettings()

@@ -71,13 +71,7 @@ class WebsterSettings(Settings):
 
 
 class WebsterController:
-    """Shows Webster's plan for the mean flows of the run.
-
-    Parameters
-    ----------
-    settings
-        See `WebsterSettings`.
-    """
+    """Shows Webster's plan for the mean flows of the run."""
 
     def __init__(self, settings: WebsterSettings | None = None) -> None:
         self.settings = settings or WebsterSettings()

@@ -68,8 +68,6 @@ class DualMemoryController(TabularLearner):
 
     Parameters
     ----------
-    settings
-        See `DualMemorySettings`.
     prior
         What the dummy agent of the training phase learned; the best part is the long-term memory
         to start from.

@@ -48,8 +48,6 @@ class SarsaController(TabularLearner):
 
     Parameters
     ----------
-    settings
-        See `SarsaSettings`.
     prior
         What the dummy agent of the training phase learned, to start from.
     """
