@@ -18,7 +18,7 @@ from dmil.memory.neighbours import (
     make_neighbours,
     tick,
 )
-from dmil.memory.packed_entries import pack_entries, unpack_entries
+from dmil.memory.packing import pack_entries, unpack_entries
 from dmil.memory.rows import ABSENT
 from dmil.seeding import stream
 

@@ -65,11 +65,7 @@ def keep_best(entries: Entries, table: int, key: KeyArray, outcome: float) -> No
 
     Parameters
     ----------
-    entries, table
-        Where to write.
     key: (places,) float32
-    outcome
-        The return.
     """
     time, entry = tick(entries), find_key(entries, table, key)
     if entry == ABSENT:
@@ -136,7 +132,6 @@ def gather(
     Parameters
     ----------
     table: (batch,) int32
-        Where to look.
     key: (batch, places) float32
         Embeddings.
     nearest
@@ -166,8 +161,6 @@ def write_towards(
 
     Parameters
     ----------
-    entries, table
-        Where to write.
     key: (places,) float32
     outcome
         The return Q_N.

@@ -118,8 +118,6 @@ def find_nearest(entries: Entries, table: int, key: KeyArray, nearest: Neighbour
 
     Parameters
     ----------
-    entries, table
-        Where to look.
     key: (places,) float32
     nearest
         Filled in place.

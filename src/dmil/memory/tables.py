@@ -107,8 +107,6 @@ def table_of(table: Table, owners: npt.NDArray[np.integer], capacity: int) -> Ta
 
     Parameters
     ----------
-    table
-        What is copied.
     owners: (new owners,) int
     capacity: int
         Room for rows in the copies, at least what the table uses.

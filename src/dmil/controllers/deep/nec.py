@@ -15,7 +15,7 @@ from dmil.compilation import kernel
 from dmil.controllers.deep.learner import NetworkLearner
 from dmil.controllers.deep.network import Adam, Mlp, features, one_thread
 from dmil.controllers.deep.settings import NecSettings
-from dmil.controllers.episodic.returns import ReturnWindow, best_tried
+from dmil.controllers.episodic.by_shape import ReturnWindow, best_tried
 from dmil.controllers.protocol import MemoryUse, RunContext
 from dmil.memory.episodic import gather, recall_mean, write_towards
 from dmil.memory.neighbours import (
@@ -26,7 +26,7 @@ from dmil.memory.neighbours import (
     make_entries,
     make_neighbours,
 )
-from dmil.memory.packed_entries import bytes_of_entries, pack_entries, unpack_entries
+from dmil.memory.packing import bytes_of_entries, pack_entries, unpack_entries
 from dmil.memory.replay import Replay
 from dmil.memory.saved import named, part
 from dmil.simulation import Observation

@@ -10,8 +10,13 @@ from pydantic import Field
 
 from dmil.arrays import Arrays, FloatArray, IntArray
 from dmil.compilation import kernel
-from dmil.controllers.episodic.by_shape import SharedLearner, SharedSettings, as_keys
-from dmil.controllers.episodic.returns import ReturnWindow, best_tried
+from dmil.controllers.episodic.by_shape import (
+    ReturnWindow,
+    SharedLearner,
+    SharedSettings,
+    as_keys,
+    best_tried,
+)
 from dmil.controllers.protocol import MemoryUse, RunContext
 from dmil.errors import DivergedError
 from dmil.memory.episodic import estimate, keep_best
@@ -23,7 +28,7 @@ from dmil.memory.neighbours import (
     make_entries,
     make_neighbours,
 )
-from dmil.memory.packed_entries import bytes_of_entries, pack_entries, unpack_entries
+from dmil.memory.packing import bytes_of_entries, pack_entries, unpack_entries
 from dmil.simulation import Observation
 
 

@@ -105,13 +105,7 @@ class LaneGroups(NamedTuple):
 
 
 def lane_groups(context: RunContext) -> LaneGroups:
-    """Return the lane groups of a network (ours).
-
-    Parameters
-    ----------
-    context
-        Network, signal timing and saturation flow.
-    """
+    """Return the lane groups of a network, with its signal timing and saturation flow (ours)."""
     network, interval_s = context.network, context.decision_interval_s
     width = max(len(item.movements) for item in network.intersections)
     links = len(network.links)

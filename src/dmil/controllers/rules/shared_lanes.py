@@ -82,8 +82,6 @@ class SharedLaneGuard:
 
     Parameters
     ----------
-    context
-        Network and decision interval.
     enabled
         Whether there is a guard; without one no movement counts more.
     """

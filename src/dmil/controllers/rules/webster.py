@@ -250,8 +250,6 @@ def whole_intervals(
         Critical flow ratio of every phase.
     cycle_s, longest_s
         Cycle that is wanted, and the longest one.
-    timing
-        Signal timing.
 
     Returns
     -------

@@ -16,11 +16,6 @@ class Announcements:
     A movement with green discharges its queue at the saturation flow of its lanes. What it
     discharges spreads evenly over the movements of the link that it leads to, because who turns
     where is not known, and joins the queues there if it arrives within the interval.
-
-    Parameters
-    ----------
-    context
-        Network, timing and saturation flow.
     """
 
     def __init__(self, context: RunContext) -> None:
