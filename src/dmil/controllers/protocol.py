@@ -90,12 +90,12 @@ class MemoryUse:
         Bytes of the rows in these messages.
     """
 
-    short_term_entries: float
-    long_term_entries: float
-    table_entries: float
-    msize: float
-    entries_total: int
-    bytes_total: int
+    short_term_entries: float = 0.0
+    long_term_entries: float = 0.0
+    table_entries: float = 0.0
+    msize: float = 0.0
+    entries_total: int = 0
+    bytes_total: int = 0
     messages: int = 0
     exchanged_bytes: int = 0
 
@@ -105,7 +105,7 @@ class MemoryUse:
         return self.short_term_entries + self.long_term_entries + self.table_entries
 
 
-NO_MEMORY = MemoryUse(0.0, 0.0, 0.0, 0.0, 0, 0)
+NO_MEMORY = MemoryUse()
 """What a controller without memory uses."""
 
 

@@ -96,12 +96,8 @@ def find_again(
     earlier: (6,) int64
         See `note_found`.
     """
-    short_row, short_variant, long_row, long_variant = (
-        earlier[0],
-        earlier[1],
-        earlier[3],
-        earlier[4],
-    )
+    short_row, short_variant = earlier[0], earlier[1]
+    long_row, long_variant = earlier[3], earlier[4]
     short, long = memory.short.rows, memory.long.rows
     short_changed = earlier[2] != short.changes[owner]
     long_changed = earlier[5] != long.changes[owner]

@@ -144,7 +144,6 @@ class LaneMemory(ABC):
         return MemoryUse(
             short_term_entries=self._groups.lanes.size / agents,
             long_term_entries=float(entries),
-            table_entries=0.0,
             msize=float(entries),
             entries_total=entries + self._groups.lanes.size,
             bytes_total=self.table.bytes_total + short,

@@ -102,7 +102,6 @@ class DualMemoryController(TabularLearner):
         return MemoryUse(
             short_term_entries=short_total / agents,
             long_term_entries=long_total / agents,
-            table_entries=0.0,
             msize=(3 * long_total + int(short.rows.size.dot(self._phase_count))) / agents,
             entries_total=short_total
             + (self._stored_once(long.rows.size) if self._sends_long else long_total),

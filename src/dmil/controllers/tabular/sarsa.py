@@ -80,8 +80,6 @@ class SarsaController(TabularLearner):
         table, sizes = self.table, self.table.rows.size
         entries = sizes[self._owner]
         return MemoryUse(
-            short_term_entries=0.0,
-            long_term_entries=0.0,
             table_entries=int(entries.sum()) / entries.size,
             msize=int(entries.dot(self._phase_count)) / entries.size,
             entries_total=int(sizes.sum()) if self.settings.shared else self._stored_once(sizes),
