@@ -64,7 +64,7 @@ class MaxPressureSettings(GreedySettings):
 
 
 class Cycles:
-    """Tells the phases of a time (ours).
+    """Tells the phases of a time: cycles that repeat, whatever happens (ours).
 
     Parameters
     ----------
