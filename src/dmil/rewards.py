@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
+from dmil.arrays import FloatArray, IntArray
 from dmil.compilation import allocating_kernel
 from dmil.errors import InputError, unknown_name
 from dmil.importing import import_object
@@ -21,9 +21,6 @@ from dmil.interpretations import mark
 from dmil.network import RoadNetwork
 from dmil.simulation import Observation
 from dmil.simulation.pressure import movement_pressure
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 RELAXATION_VEH = 1.1
 TOLERATED_VEH = 10.0

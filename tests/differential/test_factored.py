@@ -119,7 +119,16 @@ class Both:
         np.testing.assert_allclose(arrays["residual"], residual, rtol=1e-5, atol=1e-5)
 
 
-PLACES = ["grid:2x2", "grid:3x3", "overloaded", "clearance", "uneven", "lanes", "stuck", "junctions"]
+PLACES = [
+    "grid:2x2",
+    "grid:3x3",
+    "overloaded",
+    "clearance",
+    "uneven",
+    "lanes",
+    "stuck",
+    "junctions",
+]
 
 
 # All places as the memory is; other options where lanes, junctions and timing are of all kinds.

@@ -8,8 +8,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from dmil.errors import PolicyError
-from dmil.memory.dictionary import gather, recall_mean, write_towards
-from dmil.memory.episodic import estimate, keep_best
+from dmil.memory.episodic import estimate, gather, keep_best, recall_mean, write_towards
 from dmil.memory.neighbours import (
     find_key,
     find_nearest,
@@ -19,7 +18,7 @@ from dmil.memory.neighbours import (
     make_neighbours,
     tick,
 )
-from dmil.memory.packed_entries import pack_entries, unpack_entries
+from dmil.memory.packing import pack_entries, unpack_entries
 from dmil.memory.rows import ABSENT
 from dmil.seeding import stream
 

@@ -3,19 +3,19 @@
 import numpy as np
 import pytest
 
-from dmil.memory.outcomes import (
+from dmil.memory.residuals import (
     MOST,
     SMALLEST_STEP,
     believed,
     count_outcome,
     learn_outcome,
-    make_outcome_table,
+    make_residuals,
 )
 from dmil.seeding import stream
 
 
 def test_residuals_are_running_means():
-    table, rng = make_outcome_table(3, 2, 2), stream(0, "outcomes")
+    table, rng = make_residuals(3, 2, 2), stream(0, "outcomes")
     errors = rng.normal([1.0, -2.0], 1.0, (150, 2))
     for error in errors:
         for outcome in range(2):
@@ -28,7 +28,7 @@ def test_residuals_are_running_means():
 
 
 def test_a_world_that_changes_is_learned_for_ever():
-    table = make_outcome_table(1, 1, 1)
+    table = make_residuals(1, 1, 1)
     table.times[:] = MOST
     expected = 0.0
     for _ in range(500):
@@ -44,6 +44,6 @@ def test_a_world_that_changes_is_learned_for_ever():
     ("times", "trust", "part"), [(0, 5.0, 0.0), (0, 0.0, 0.0), (5, 5.0, 0.5), (7, 0.0, 1.0)]
 )
 def test_half_is_believed_after_as_many_times_as_trust(times, trust, part):
-    table = make_outcome_table(1, 1, 1)
+    table = make_residuals(1, 1, 1)
     table.residual[:], table.times[:] = 4.0, times
     assert believed(table, 0, 0, 0, trust) == 4.0 * part

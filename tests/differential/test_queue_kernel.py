@@ -206,9 +206,7 @@ def test_every_step_is_that_of_the_plain_twin(name, make_case):
         now = rules_of(rules, network)
         if not decides:
             now = now._replace(max_green_s=np.zeros_like(now.max_green_s))
-        kernel.advance_and_observe(
-            layout, trips, state, wanted, 1, now, counts, shown, waiting_veh
-        )
+        kernel.advance_and_observe(layout, trips, state, wanted, 1, now, counts, shown, waiting_veh)
         twin.step()
         assert_same_state(state, twin)
 

@@ -23,7 +23,7 @@ from pathlib import Path
 
 from dmil.controllers.rules.baselines import MaxPressureController
 from dmil.controllers.protocol import NO_MEMORY
-from dmil.controllers.rules.settings import MaxPressureSettings
+from dmil.controllers.rules.baselines import MaxPressureSettings
 from dmil.rewards import REWARDS
 from dmil.symmetry import EMBEDDINGS
 

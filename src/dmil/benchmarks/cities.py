@@ -12,10 +12,10 @@ from time import perf_counter
 
 import numpy as np
 
+from dmil.arrays import FloatArray, IntArray
 from dmil.benchmarks.figures import SpeedFigure
 from dmil.controllers import RunContext
 from dmil.controllers.lanes.factored import FactoredController
-from dmil.controllers.protocol import FloatArray, IntArray
 from dmil.network import grid
 from dmil.scenarios import SignalTiming
 from dmil.seeding import stream

@@ -14,15 +14,14 @@ from time import perf_counter
 import numpy as np
 from scipy.spatial import cKDTree
 
+from dmil.arrays import FloatArray
 from dmil.benchmarks.figures import SpeedFigure
 from dmil.benchmarks.lookups import SCENARIO, visited_states
 from dmil.compilation import kernel
 from dmil.controllers.episodic.by_shape import signalled_columns
-from dmil.memory.dictionary import recall_mean
-from dmil.memory.episodic import estimate
+from dmil.memory.episodic import estimate, recall_mean
 from dmil.memory.neighbours import (
     Entries,
-    FloatArray,
     KeyArray,
     Neighbours,
     insert,

@@ -19,8 +19,8 @@ from time import perf_counter
 
 import numpy as np
 
+from dmil.arrays import IntArray
 from dmil.benchmarks.figures import SpeedFigure
-from dmil.controllers.protocol import IntArray
 from dmil.demand import PoissonDemand, Vehicles
 from dmil.network import Program, RoadNetwork, Stage, grid
 from dmil.scenarios import QueueDynamics, Scenario, SignalTiming, scenario, signal_times

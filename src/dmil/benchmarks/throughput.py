@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from statistics import median
 from time import perf_counter
 
+from dmil.arrays import FloatArray, IntArray
 from dmil.benchmarks.figures import SpeedFigure
 from dmil.compilation import TypedOnce
 from dmil.controllers import Controller, RunContext, make_controller
-from dmil.controllers.protocol import FloatArray, IntArray
 from dmil.demand import Vehicles
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario, scenario

@@ -9,7 +9,7 @@ from dmil.controllers.protocol import (
     RunContext,
 )
 from dmil.controllers.registry import check_controller, make_controller, make_settings
-from dmil.controllers.tabular.prior import Prior
+from dmil.controllers.tabular.agents import Prior
 
 __all__ = [
     "CONTROLLERS",

@@ -9,7 +9,6 @@ from dmil.controllers.episodic import mfec, plmp
 from dmil.controllers.lanes import factored, lookahead
 from dmil.controllers.planner import foresight
 from dmil.controllers.rules import baselines, gap_out, sotl, webster
-from dmil.controllers.rules import settings as rules
 from dmil.controllers.tabular import dual_memory, sarsa
 from dmil.controllers.tabular import settings as tabular
 
@@ -21,7 +20,7 @@ CONTROLLERS: dict[str, Entry] = {
     ),
     "fixed-cycle": Entry(
         baselines.FixedCycleController,
-        rules.FixedCycleSettings,
+        baselines.FixedCycleSettings,
         "the same phases in the same order",
         label="fixed cycle",
         colour="#b5b5b5",
@@ -76,7 +75,7 @@ CONTROLLERS: dict[str, Entry] = {
     ),
     "longest-queue-first": Entry(
         baselines.LongestQueueFirstController,
-        rules.LongestQueueFirstSettings,
+        baselines.LongestQueueFirstSettings,
         "the phase with the most vehicles queued",
         label="longest queue first",
         short="longest queue",
@@ -85,7 +84,7 @@ CONTROLLERS: dict[str, Entry] = {
     ),
     "max-pressure": Entry(
         baselines.MaxPressureController,
-        rules.MaxPressureSettings,
+        baselines.MaxPressureSettings,
         "the phase with the highest pressure (Varaiya 2013)",
         colour="#7a7a7a",
         dash=(5, 3),
@@ -182,7 +181,7 @@ CONTROLLERS: dict[str, Entry] = {
         learns=True,
     ),
     "dqn-prioritised": Entry(
-        on_demand("dqn_prioritised", "PrioritisedController"),
+        on_demand("dqn", "PrioritisedController"),
         deep.PrioritisedSettings,
         "the same with prioritised replay (Schaul 2016)",
         label="DQN, prioritised replay",

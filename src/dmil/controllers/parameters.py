@@ -1,12 +1,18 @@
-"""Numbers for kernels: tuples that are filled from settings."""
+"""Settings of controllers, and the tuples of numbers that kernels take from them."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple, TypeVar
 
-from pydantic import BaseModel
+from pydantic import BaseModel, ConfigDict
 
 Parameters = TypeVar("Parameters", bound=NamedTuple)
+
+
+class Settings(BaseModel):
+    """What a controller is told; the descriptions of its fields are the command line's help."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 def parameters_of(kind: type[Parameters], settings: BaseModel, **derived: Any) -> Parameters:

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-import numpy.typing as npt
 
+from dmil.arrays import Arrays, FloatArray, IntArray
 from dmil.demand import Vehicles
 from dmil.network import RoadNetwork
 from dmil.scenarios import QueueDynamics, SignalTiming
 from dmil.simulation import Observation
-
-IntArray = npt.NDArray[np.int32]
-LongArray = npt.NDArray[np.int64]
-FloatArray = npt.NDArray[np.float64]
-Arrays = Mapping[str, npt.NDArray[np.generic]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,12 +90,12 @@ class MemoryUse:
         Bytes of the rows in these messages.
     """
 
-    short_term_entries: float
-    long_term_entries: float
-    table_entries: float
-    msize: float
-    entries_total: int
-    bytes_total: int
+    short_term_entries: float = 0.0
+    long_term_entries: float = 0.0
+    table_entries: float = 0.0
+    msize: float = 0.0
+    entries_total: int = 0
+    bytes_total: int = 0
     messages: int = 0
     exchanged_bytes: int = 0
 
@@ -111,7 +105,7 @@ class MemoryUse:
         return self.short_term_entries + self.long_term_entries + self.table_entries
 
 
-NO_MEMORY = MemoryUse(0.0, 0.0, 0.0, 0.0, 0, 0)
+NO_MEMORY = MemoryUse()
 """What a controller without memory uses."""
 
 

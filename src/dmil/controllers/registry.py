@@ -8,7 +8,7 @@ from pydantic import BaseModel, ValidationError
 
 from dmil.controllers.catalogue import CONTROLLERS
 from dmil.controllers.protocol import Controller
-from dmil.controllers.tabular.prior import Prior
+from dmil.controllers.tabular.agents import Prior
 from dmil.errors import InputError, unknown_name
 from dmil.importing import import_object
 

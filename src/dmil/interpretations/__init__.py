@@ -6,9 +6,8 @@ gives its magnitudes; F, fitted to its table, stated nowhere; corrected; ours.
 
 from __future__ import annotations
 
-from dmil.interpretations.minds import AGENTS, CLASSES
+from dmil.interpretations.minds import AGENTS, CENTRAL, CLASSES, TRAINING
 from dmil.interpretations.model import MEANING, Interpretation
-from dmil.interpretations.study import CENTRAL, TRAINING
 from dmil.interpretations.world import MEASURES, QUEUES, REWARDS, ROADS
 
 __all__ = [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 Mark = Literal["P", "A", "F", "corrected", "ours"]
@@ -37,7 +37,7 @@ class Interpretation:
         Dotted name of the field that holds it, as in a study's configuration; empty if it is built
         in or more than one field.
     change: str
-        How it is changed; empty if it is built in.
+        How it is changed, by default ``--set`` with the setting; empty if it is built in.
     """
 
     topic: str
@@ -54,4 +54,8 @@ OPEN = "not mentioned"
 
 def on(topic: str, *rows: tuple[str, ...]) -> tuple[Interpretation, ...]:
     """Return rows of one topic, each with the fields of `Interpretation` after it (ours)."""
-    return tuple(Interpretation(topic, *row) for row in rows)  # type: ignore[arg-type]
+    found = (Interpretation(topic, *row) for row in rows)  # type: ignore[arg-type]
+    return tuple(
+        replace(each, change=each.change or (each.setting and f"--set {each.setting}=…"))
+        for each in found
+    )

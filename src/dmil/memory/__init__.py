@@ -35,7 +35,6 @@ from dmil.memory.dual import (
     recalled_value,
     significantly_better,
 )
-from dmil.memory.imports import import_best, import_values
 from dmil.memory.packing import (
     bytes_used,
     pack,
@@ -45,7 +44,14 @@ from dmil.memory.packing import (
     unpack_values,
 )
 from dmil.memory.rows import ABSENT, Rows, append, clear, find, make_rows, replace
-from dmil.memory.staging import consolidate, remember, stage, take_in
+from dmil.memory.staging import (
+    consolidate,
+    import_best,
+    import_values,
+    remember,
+    stage,
+    take_in,
+)
 from dmil.memory.tables import (
     BestTable,
     Scratch,

@@ -25,8 +25,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import ByteArray, IntArray, LongArray
 from dmil.compilation import kernel
-from dmil.memory.rows import ABSENT, IntArray, Rows, append, replace
+from dmil.memory.rows import ABSENT, Rows, append, replace
 from dmil.memory.tables import Scratch
 from dmil.symmetry import Classes, vary
 
@@ -42,9 +43,6 @@ MARK_BITS = 15
 """Bits of a mark for each row of the sketch."""
 SAMPLE = 10
 """All counters are halved after so many counts per row of the cap (TinyLFU, §3.3)."""
-
-ByteArray = npt.NDArray[np.uint8]
-LongArray = npt.NDArray[np.int64]
 
 
 class Admission(NamedTuple):

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dmil.arrays import IntArray
 from dmil.compilation import kernel
 from dmil.memory.admission import NO_CAP, Admission, admit, mark_of
 from dmil.memory.central import cut_to_cap, merge_best, merge_values
@@ -19,19 +20,19 @@ from dmil.memory.rows import ABSENT, Rows, append, clear
 from dmil.memory.staging import take_in
 from dmil.memory.tables import (
     BestTable,
-    IntArray,
     Scratch,
     ValueTable,
     bests_of,
     clear_values,
+    columns_of,
     look_up,
     make_value_table,
     values_of,
 )
 from dmil.symmetry import Classes
 
-NOT_SENT = ("rows", "visits")
-"""Fields of a table that are no columns of a message: visits stay each agent's own."""
+NOT_SENT = "visits"
+"""The column of a table that is none of a message: visits stay each agent's own."""
 ALONE = np.zeros(1, np.int32)
 """The owner of a table of one owner."""
 
@@ -61,8 +62,6 @@ def rows_in_common(rows: Rows, members: IntArray) -> int:
 
     Parameters
     ----------
-    rows
-        Keyed rows of all agents.
     members: (members,) int32
     """
     least = int(rows.size[members].min())
@@ -79,12 +78,10 @@ def message_bytes(table: ValueTable | BestTable, owners: IntArray) -> int:
 
     Parameters
     ----------
-    table
-        Memories of all agents.
     owners: (owners,) int
     """
     keys = table.rows.keys
-    columns = [array for name, array in table._asdict().items() if name not in NOT_SENT]
+    columns = [array for name, array in columns_of(table).items() if name != NOT_SENT]
     row_bytes: int = keys.itemsize * keys.shape[2] // table.rows.parts
     row_bytes += sum(array.itemsize * prod(array.shape[2:]) for array in columns)
     return int(table.rows.size[owners].sum()) * row_bytes
@@ -97,16 +94,10 @@ def merged_values(
 
     Parameters
     ----------
-    table
-        Memories of all agents.
-    classes
-        The embedding.
     heard: (agents,) int32
         Whose memories arrived; at least one.
     common: int
         How many leading rows have the same keys for all of them.
-    scratch
-        Working space.
     """
     goal = values_of(table, heard[:1], _room(table.rows, heard, common))
     merge_values(table, classes, heard, common, goal, 0, scratch)
@@ -149,14 +140,8 @@ def give_values(
         Memories of all agents; room for the rows of the merged one beside the most of an agent.
     merged
         Table of one owner.
-    classes
-        The embedding.
-    shape: int
-        Shape of the agents.
     reached: (agents,) int32
-        Whom it reached.
-    scratch
-        Working space.
+        Whom it reached; all of one shape.
     """
     for agent in reached:
         mine = values_of(table, np.array([agent]), int(table.rows.size.max()))
@@ -194,10 +179,10 @@ def give_short(
     """
     short = memory.short
     most = int(merged.rows.size[0] + short.rows.size.max())
-    places, actions = short.rows.keys.shape[2], short.value.shape[2]
     for agent in reached:
         mine = values_of(short, np.array([agent]), int(short.rows.size.max()))
         rows = short.rows
+        places, actions = rows.keys.shape[2], short.value.shape[2]
         both = make_value_table(1, most, places, actions, rows.tolerance, rows.parts)
         take_over_values(both, 0, mine, merged, classes, shape, scratch)
         take_in(memory, both, classes, agent, shape, scratch)
@@ -224,12 +209,6 @@ def take_over_values(
         What is replaced; room for all rows of both.
     mine, answer
         Tables of one owner: what ``owner`` had until now, and what the central unit sent.
-    classes
-        The embedding.
-    shape: int
-        The owner's shape.
-    scratch
-        Working space.
     """
     clear_values(table, owner)
     for row in range(answer.rows.size[0]):

@@ -12,12 +12,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from dmil.arrays import IntArray
 from dmil.compilation import allocating_kernel
 from dmil.memory.admission import Admission, frequency, mark_of
 from dmil.memory.rows import ABSENT, append, clear
 from dmil.memory.tables import (
     BestTable,
-    IntArray,
     Scratch,
     ValueTable,
     copy_best,
@@ -41,10 +41,6 @@ def merge_values(
 
     Parameters
     ----------
-    table
-        Memories of all agents.
-    classes
-        The embedding.
     members: (members,) int32
         Agents whose memories are merged; all of one shape.
     common: int
@@ -52,8 +48,6 @@ def merge_values(
     goal, owner
         Where the union is made: a table, maybe the same one, in which this owner has the rows of
         the first member, with room for the new rows of the others.
-    scratch
-        Working space.
     """
     first = members[0]
     shape = classes.shape[first]
@@ -168,8 +162,6 @@ def cut_to_cap(
         Whose rows are cut, in place.
     admission
         The cap, and how often each agent met which class.
-    classes, members, scratch
-        See `merge_values`.
     """
     shape = classes.shape[members[0]]
     size = table.rows.size[owner]
@@ -193,16 +185,9 @@ def cut_to_cap(
 def keep_most_frequent(
     table: BestTable, admission: Admission, classes: Classes, members: IntArray, scratch: Scratch
 ) -> None:
-    """Cut what all members have in common down to the cap (ours).
+    """Cut what all members have, the same, down to the cap; see `cut_to_cap` (ours).
 
     Each member goes on counting for itself.
-
-    Parameters
-    ----------
-    table
-        Memories of all agents, those of the members equal; changed in place.
-    admission, classes, members, scratch
-        See `cut_to_cap`.
     """
     first = members[0]
     shape = classes.shape[first]

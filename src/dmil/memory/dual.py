@@ -7,18 +7,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from dmil.arrays import IntArray, LongArray
 from dmil.compilation import inlined_kernel, kernel
 from dmil.memory.admission import NO_CAP, Admission
 from dmil.memory.rows import ABSENT, find
-from dmil.memory.tables import (
-    BestTable,
-    IntArray,
-    LongArray,
-    Scratch,
-    ValueTable,
-    best_tried,
-    look_up_nearest,
-)
+from dmil.memory.tables import BestTable, Scratch, ValueTable, best_tried, look_up_nearest
 from dmil.symmetry import Classes, vary
 
 
@@ -103,12 +96,8 @@ def find_again(
     earlier: (6,) int64
         See `note_found`.
     """
-    short_row, short_variant, long_row, long_variant = (
-        earlier[0],
-        earlier[1],
-        earlier[3],
-        earlier[4],
-    )
+    short_row, short_variant = earlier[0], earlier[1]
+    long_row, long_variant = earlier[3], earlier[4]
     short, long = memory.short.rows, memory.long.rows
     short_changed = earlier[2] != short.changes[owner]
     long_changed = earlier[5] != long.changes[owner]

@@ -13,12 +13,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import FloatArray, IntArray
 from dmil.compilation import kernel
 from dmil.memory.rows import ABSENT
 
-IntArray = npt.NDArray[np.int32]
 KeyArray = npt.NDArray[np.float32]
-FloatArray = npt.NDArray[np.float64]
 TimeArray = npt.NDArray[np.int64]
 
 BLOCK = 64
@@ -119,8 +118,6 @@ def find_nearest(entries: Entries, table: int, key: KeyArray, nearest: Neighbour
 
     Parameters
     ----------
-    entries, table
-        Where to look.
     key: (places,) float32
     nearest
         Filled in place.

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import Array, Arrays, FloatArray, IntArray
 from dmil.compilation import kernel
 from dmil.errors import PolicyError
 from dmil.memory.admission import NO_CAP, Admission, make_admission
-from dmil.memory.rows import Rows, append
-from dmil.memory.tables import (
-    BestTable,
-    ValueTable,
-    make_best_table,
-    make_value_table,
-)
-
-Arrays = Mapping[str, npt.NDArray[Any]]
+from dmil.memory.neighbours import BLOCK, Entries, KeyArray, TimeArray, insert, make_entries
+from dmil.memory.rows import Rows, append, make_rows
+from dmil.memory.saved import saved_array
+from dmil.memory.tables import BestTable, Table, ValueTable, columns_of, table_over
 
 COUNTED = ("counts", "recorded", "hand")
 """What of an admission does not follow from the keys."""
@@ -48,7 +44,7 @@ def bytes_used(rows: Rows, columns: Sequence[npt.NDArray[Any]]) -> int:
     return int(stored * row_bytes + index)
 
 
-def pack(table: ValueTable | BestTable) -> dict[str, npt.NDArray[Any]]:
+def pack(table: ValueTable | BestTable) -> dict[str, Array]:
     """Return the rows of all owners, one owner after the other (ours).
 
     Returns
@@ -59,25 +55,19 @@ def pack(table: ValueTable | BestTable) -> dict[str, npt.NDArray[Any]]:
     """
     size = table.rows.size
     used = np.arange(table.rows.keys.shape[1]) < size[:, None]
-    arrays: dict[str, npt.NDArray[Any]] = {
-        "size": size.copy(),
-        "keys": table.rows.keys[used],
-    }
-    for name, column in table._asdict().items():
-        if name != "rows":
-            arrays[name] = column[used]
-    return arrays
+    columns = {"keys": table.rows.keys, **columns_of(table)}
+    return {"size": size.copy(), **{name: column[used] for name, column in columns.items()}}
 
 
-def unpack_values(arrays: Arrays, like: ValueTable) -> ValueTable:
-    """Rebuild a table of values from its packed form (ours).
+def unpack_table(arrays: Arrays, like: Table) -> Table:
+    """Rebuild a table from its packed form (ours).
 
     Parameters
     ----------
     arrays
         What `pack` returned.
     like
-        A table of the same owners, places, actions and tolerance.
+        A table of the same owners, places, columns and tolerance.
 
     Raises
     ------
@@ -86,23 +76,18 @@ def unpack_values(arrays: Arrays, like: ValueTable) -> ValueTable:
     """
     most = _most_rows(arrays, like)
     owners, _, places = like.rows.keys.shape
-    table = make_value_table(
-        owners, most, places, like.value.shape[2], like.rows.tolerance, like.rows.parts
-    )
-    _refill(table, arrays)
+    table = table_over(make_rows(owners, most, places, like.rows.tolerance, like.rows.parts), like)
+    _append_all(table.rows, arrays["size"], arrays["keys"])
+    used = np.arange(table.rows.keys.shape[1]) < table.rows.size[:, None]
+    for name, column in columns_of(table).items():
+        column[used] = arrays[name]
     return table
 
 
-def unpack_bests(arrays: Arrays, like: BestTable) -> BestTable:
-    """Rebuild a table of best actions from its packed form; see `unpack_values` (ours)."""
-    most = _most_rows(arrays, like)
-    owners, _, places = like.rows.keys.shape
-    table = make_best_table(owners, most, places, like.rows.tolerance, like.rows.parts)
-    _refill(table, arrays)
-    return table
+unpack_values = unpack_bests = unpack_table
 
 
-def pack_admission(admission: Admission) -> dict[str, npt.NDArray[Any]]:
+def pack_admission(admission: Admission) -> dict[str, Array]:
     """Return what an admission counted, empty without a cap; the rest follows from the keys."""
     return {name: getattr(admission, name).copy() for name in COUNTED if admission.capacity}
 
@@ -151,9 +136,7 @@ def _most_rows(arrays: Arrays, like: ValueTable | BestTable) -> int:
     expected: dict[str, tuple[tuple[int, ...], object]] = {
         "keys": ((places,), like.rows.keys.dtype)
     }
-    for name, column in like._asdict().items():
-        if name != "rows":
-            expected[name] = (column.shape[2:], column.dtype)
+    expected |= {name: (each.shape[2:], each.dtype) for name, each in columns_of(like).items()}
     for name, (shape, dtype) in expected.items():
         found, wanted = arrays.get(name), (int(size.sum()), *shape)
         if found is None or found.shape != wanted or found.dtype != dtype:
@@ -170,14 +153,6 @@ def _misfit(name: str, found: npt.NDArray[Any] | None, expected: str) -> PolicyE
     )
 
 
-def _refill(table: ValueTable | BestTable, arrays: Arrays) -> None:
-    _append_all(table.rows, arrays["size"], arrays["keys"])
-    used = np.arange(table.rows.keys.shape[1]) < table.rows.size[:, None]
-    for name, column in table._asdict().items():
-        if name != "rows":
-            column[used] = arrays[name]
-
-
 @kernel
 def _append_all(rows: Rows, size: npt.NDArray[np.int32], keys: npt.NDArray[np.int32]) -> None:
     begin = 0
@@ -185,3 +160,90 @@ def _append_all(rows: Rows, size: npt.NDArray[np.int32], keys: npt.NDArray[np.in
         for row in range(begin, begin + size[owner]):
             append(rows, owner, keys[row])
         begin += size[owner]
+
+
+def pack_entries(entries: Entries) -> dict[str, Array]:
+    """Return the entries of all tables, one table after the other, and the clock (ours).
+
+    Returns
+    -------
+    arrays
+        ``size``: (tables,) int32; ``clock``: (1,) int64; and with (entries,) as the first axis
+        ``keys``, float32, ``value``, float64, and ``used``, int64.
+    """
+    used = _in_use(entries)
+    return {
+        "size": entries.size.copy(),
+        "clock": entries.clock.copy(),
+        "keys": _by_entry(entries)[used],
+        "value": entries.value[used],
+        "used": entries.used[used],
+    }
+
+
+def unpack_entries(arrays: Arrays, like: Entries) -> Entries:
+    """Rebuild a store from its packed form (ours).
+
+    Parameters
+    ----------
+    arrays
+        What `pack_entries` returned.
+    like
+        A store of the same tables, capacity and places.
+
+    Raises
+    ------
+    PolicyError
+        If the arrays are not those of such a store.
+    """
+    tables, capacity = like.value.shape
+    places = like.keys.shape[2]
+    size = saved_array(arrays, "size", (tables,), np.int32, least=0)
+    if size.max() > capacity:
+        raise PolicyError(
+            f"array 'size' says up to {size.max()} entries",
+            where="saved memory",
+            expected=f"at most {capacity} in a table",
+            mend="use it with the capacity that it was saved with",
+        )
+    total = int(size.sum())
+    clock = saved_array(arrays, "clock", (1,), np.int64, least=0)
+    keys = saved_array(arrays, "keys", (total, places), np.float32)
+    value = saved_array(arrays, "value", (total,), np.float64)
+    used = saved_array(arrays, "used", (total,), np.int64, least=0)
+    entries = make_entries(tables, capacity, places)
+    _insert_all(entries, size, keys, value, used)
+    entries.clock[:] = clock
+    return entries
+
+
+def bytes_of_entries(entries: Entries) -> int:
+    """Return the memory of the entries in use and of the index over them, in bytes (ours)."""
+    places = entries.keys.shape[2]
+    columns = entries.value, entries.used, entries.following, entries.chain
+    # A hash table has about one chain per entry.
+    one = places * entries.keys.itemsize + sum(array.itemsize for array in columns)
+    return int(entries.size.sum()) * int(one + entries.first.itemsize)
+
+
+def _in_use(entries: Entries) -> npt.NDArray[np.bool_]:
+    used: npt.NDArray[np.bool_] = np.arange(entries.value.shape[1]) < entries.size[:, None]
+    return used
+
+
+def _by_entry(entries: Entries) -> KeyArray:
+    """Return the keys as (tables, capacity, places)."""
+    tables, blocks, places, _ = entries.keys.shape
+    rows = entries.keys.transpose(0, 1, 3, 2).reshape(tables, blocks * BLOCK, places)
+    return rows[:, : entries.value.shape[1]]
+
+
+@kernel
+def _insert_all(
+    entries: Entries, size: IntArray, keys: KeyArray, value: FloatArray, used: TimeArray
+) -> None:
+    row = 0
+    for table in range(size.shape[0]):
+        for _ in range(size[table]):
+            insert(entries, table, keys[row], value[row], used[row])
+            row += 1

@@ -5,9 +5,9 @@ After the pattern classes of PLMP (Han et al. 2023), as far as they are known.
 
 from __future__ import annotations
 
+from dmil.arrays import IntArray
 from dmil.compilation import kernel
 from dmil.memory.rows import ABSENT, Rows, find
-from dmil.memory.tables import IntArray
 
 PROBE = 8
 """Keys that are compared in the time in which one is looked up."""
@@ -24,8 +24,6 @@ def find_pattern(rows: Rows, owner: int, pattern: IntArray, reach: int, key: Int
     ----------
     rows
         Keys of all owners, found by hashing (no tolerance).
-    owner: int
-        Whose keys.
     pattern: (1, places) int32
         Counts.
     reach: int

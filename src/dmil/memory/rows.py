@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import IntArray
 from dmil.compilation import inlined_kernel, kernel
 
-IntArray = npt.NDArray[np.int32]
 BitArray = npt.NDArray[np.uint64]
 
 ABSENT = -1
@@ -112,10 +112,6 @@ def find(rows: Rows, owner: int, variants: IntArray, count: int) -> tuple[int, i
 
     Parameters
     ----------
-    rows
-        The table.
-    owner: int
-        Whose rows.
     variants: (at least count, places) int32
         The key looked for under each symmetry.
     count: int

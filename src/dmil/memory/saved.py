@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import Array, Arrays
 from dmil.errors import PolicyError
-
-Array = npt.NDArray[Any]
-Arrays = Mapping[str, Array]
 
 
 def saved_array(

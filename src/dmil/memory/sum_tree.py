@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import Array, Arrays, FloatArray, LongArray
 from dmil.compilation import kernel
 from dmil.memory.saved import saved_array
 
-FloatArray = npt.NDArray[np.float64]
-LongArray = npt.NDArray[np.int64]
 FIRST_PRIORITY = 1.0
 """Priority of the first rows, before any error is known."""
 
@@ -78,11 +76,11 @@ class Priorities:
         found: FloatArray = self.sums[self.sums.size // 2 + rows]
         return found
 
-    def arrays(self, size: int) -> dict[str, npt.NDArray[Any]]:
+    def arrays(self, size: int) -> dict[str, Array]:
         """Return the priorities of the first ``size`` rows, and the largest there has been."""
         return {"priority": self.of(np.arange(size)), "largest": np.array(self.largest)}
 
-    def restore(self, arrays: Mapping[str, npt.NDArray[Any]], size: int) -> None:
+    def restore(self, arrays: Arrays, size: int) -> None:
         """Replace all priorities; the sums over them are worked out again, to the last bit.
 
         Raises

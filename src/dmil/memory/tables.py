@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import Array, BoolArray, FloatArray, IntArray
 from dmil.compilation import inlined_kernel, kernel
 from dmil.memory.rows import (
     ABSENT,
@@ -22,12 +23,6 @@ from dmil.memory.rows import (
     rows_of,
 )
 from dmil.symmetry import Classes, vary
-
-IntArray = npt.NDArray[np.int32]
-LongArray = npt.NDArray[np.int64]
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
-Scalar = TypeVar("Scalar", bound=np.generic)
 
 
 class ValueTable(NamedTuple):
@@ -64,6 +59,9 @@ class BestTable(NamedTuple):
     value: FloatArray
 
 
+Table = TypeVar("Table", ValueTable, BestTable)
+
+
 def make_value_table(
     owners: int, capacity: int, places: int, actions: int, tolerance: int, parts: int = 1
 ) -> ValueTable:
@@ -87,57 +85,49 @@ def make_best_table(
     )
 
 
-def value_table_with_room(table: ValueTable, more: int) -> ValueTable:
-    """Return the table with room for ``more`` rows per owner, the same one if it has it (ours)."""
-    if not is_short_of_room(table.rows, more):
-        return table
-    owners = np.arange(table.rows.size.size)
-    return values_of(table, owners, larger_capacity(table.rows, more))
+def columns_of(table: ValueTable | BestTable) -> dict[str, Array]:
+    """Return what is stored with each row, by name: (owners, capacity, …) arrays (ours)."""
+    return {name: column for name, column in table._asdict().items() if name != "rows"}
 
 
-def best_table_with_room(table: BestTable, more: int) -> BestTable:
-    """Return the table with room for ``more`` rows per owner, the same one if it has it (ours)."""
-    if not is_short_of_room(table.rows, more):
-        return table
-    owners = np.arange(table.rows.size.size)
-    return bests_of(table, owners, larger_capacity(table.rows, more))
+def table_over(rows: Rows, like: Table) -> Table:
+    """Return a table of such columns, all zeros, over keyed rows (ours)."""
+    return like._replace(rows=rows, **_zeros_over(rows, like))
 
 
-def values_of(table: ValueTable, owners: npt.NDArray[np.integer], capacity: int) -> ValueTable:
+def _zeros_over(rows: Rows, like: ValueTable | BestTable) -> dict[str, Any]:
+    return {
+        name: np.zeros((*rows.keys.shape[:2], *column.shape[2:]), column.dtype)
+        for name, column in columns_of(like).items()
+    }
+
+
+def table_of(table: Table, owners: npt.NDArray[np.integer], capacity: int) -> Table:
     """Give each new owner a copy of the table of the old owner that is named for it (ours).
 
     Parameters
     ----------
-    table
-        What is copied.
     owners: (new owners,) int
     capacity: int
         Room for rows in the copies, at least what the table uses.
     """
-    return ValueTable(
-        rows=rows_of(table.rows, owners, capacity),
-        value=_column_of(table.rows, table.value, owners, capacity),
-        tried=_column_of(table.rows, table.tried, owners, capacity),
-        visits=_column_of(table.rows, table.visits, owners, capacity),
-    )
-
-
-def bests_of(table: BestTable, owners: npt.NDArray[np.integer], capacity: int) -> BestTable:
-    """Do for a table of best actions what `values_of` does for one of values (ours)."""
-    return BestTable(
-        rows=rows_of(table.rows, owners, capacity),
-        action=_column_of(table.rows, table.action, owners, capacity),
-        value=_column_of(table.rows, table.value, owners, capacity),
-    )
-
-
-def _column_of(
-    rows: Rows, column: npt.NDArray[Scalar], owners: npt.NDArray[np.integer], capacity: int
-) -> npt.NDArray[Scalar]:
-    used = int(rows.size.max())
-    copies = np.zeros((owners.size, capacity, *column.shape[2:]), column.dtype)
-    copies[:, :used] = column[owners, :used]
+    used = int(table.rows.size.max())
+    copies = table_over(rows_of(table.rows, owners, capacity), table)
+    for name, column in columns_of(table).items():
+        getattr(copies, name)[:, :used] = column[owners, :used]
     return copies
+
+
+def table_with_room(table: Table, more: int) -> Table:
+    """Return the table with room for ``more`` rows per owner, the same one if it has it (ours)."""
+    if not is_short_of_room(table.rows, more):
+        return table
+    owners = np.arange(table.rows.size.size)
+    return table_of(table, owners, larger_capacity(table.rows, more))
+
+
+values_of = bests_of = table_of
+value_table_with_room = best_table_with_room = table_with_room
 
 
 class Scratch(NamedTuple):

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import FloatArray, IntArray
 from dmil.compilation import kernel
 from dmil.errors import InputError
 from dmil.network import RoadNetwork
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 
 def movement_pressure(queue_veh: npt.NDArray[np.integer], network: RoadNetwork) -> FloatArray:

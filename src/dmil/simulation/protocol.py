@@ -8,12 +8,11 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import IntArray
 from dmil.demand import Vehicles
 from dmil.network import RoadNetwork
 from dmil.scenarios import Scenario
 from dmil.simulation.measures import Measures
-
-IntArray = npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True, slots=True)

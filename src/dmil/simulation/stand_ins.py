@@ -23,11 +23,6 @@ def stand_in(item: Intersection) -> tuple[Stage, ...]:
     """Return stages that stand in for a control that only SUMO can run, else none (ours).
 
     They are the phases that serve all movements in turn, `STAND_IN_S` of green and clearance each.
-
-    Parameters
-    ----------
-    item
-        The intersection.
     """
     if not item.own_control:
         return ()

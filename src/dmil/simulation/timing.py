@@ -12,14 +12,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import BoolArray, IntArray
 from dmil.compilation import TypedOnce, kernel
 from dmil.errors import InputError
 from dmil.network import RoadNetwork
 from dmil.scenarios import SignalTiming, signal_times
 from dmil.simulation.stand_ins import stand_in
-
-IntArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
 
 NEVER_S = np.iinfo(np.int32).max
 """``go_from_s`` of a movement that has red."""

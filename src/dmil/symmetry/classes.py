@@ -8,11 +8,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import IntArray
 from dmil.compilation import kernel
 from dmil.symmetry.embedding import Embedding
 from dmil.symmetry.group import SymmetryGroup
-
-IntArray = npt.NDArray[np.int32]
 
 
 class Classes(NamedTuple):
@@ -97,8 +96,6 @@ def embed(classes: Classes, state: IntArray, key: IntArray) -> None:
 
     Parameters
     ----------
-    classes
-        The embedding.
     state: (movements,) int32
     key: (parts·movements,) int32
         Filled in place; of two parts the first is not scaled.
@@ -126,9 +123,6 @@ def vary(classes: Classes, shape: int, key: IntArray, variants: IntArray) -> int
 
     Parameters
     ----------
-    classes
-        The embedding.
-    shape: int
     key: (parts·movements,) int32
     variants: (at least the number of symmetries, parts·movements) int32
         Filled in place; the first is the key itself.

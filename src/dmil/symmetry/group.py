@@ -8,7 +8,7 @@ from itertools import permutations
 import numpy as np
 import numpy.typing as npt
 
-IntArray = npt.NDArray[np.int32]
+from dmil.arrays import IntArray
 
 MOST_SIDES = 7
 """Above this many sides (5,040 relabellings) only the identity is offered."""

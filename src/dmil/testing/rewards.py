@@ -8,9 +8,9 @@ from itertools import chain
 
 import numpy as np
 
+from dmil.arrays import FloatArray
 from dmil.controllers import make_controller
 from dmil.network import RoadNetwork
-from dmil.rewards import FloatArray
 from dmil.scenarios import Scenario
 from dmil.simulation import Observation, QueueSimulator
 from dmil.testing.conformance import Witness, array_in_words, difference

@@ -7,8 +7,8 @@ from enum import StrEnum
 
 import numpy as np
 
+from dmil.arrays import FloatArray, IntArray
 from dmil.controllers import Controller, RunContext
-from dmil.controllers.protocol import FloatArray, IntArray
 from dmil.demand import Vehicles
 from dmil.network import RoadNetwork
 from dmil.rewards import Reward, diffusion

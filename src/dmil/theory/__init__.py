@@ -1,8 +1,15 @@
 """Growth bounds of dual memory against SARSA's table: plain numbers in and out."""
 
 from dmil.theory.conditions import Condition, check_hyperparameters, failing
-from dmil.theory.growth import Ratios, best_case, enough_states, worst_case, worst_case_limit
-from dmil.theory.parameters import StagingRule, staged_rows
+from dmil.theory.growth import (
+    Ratios,
+    StagingRule,
+    best_case,
+    enough_states,
+    staged_rows,
+    worst_case,
+    worst_case_limit,
+)
 from dmil.theory.statements import STATEMENTS, Statement, Verdict, statements_markdown
 from dmil.theory.trajectory import (
     MemorySizes,

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from dmil.theory.growth import enough_states
-from dmil.theory.parameters import hyperparameters, staged_rows, whole_number
+from dmil.theory.growth import enough_states, hyperparameters, staged_rows, whole_number
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +23,7 @@ class Condition:
     """Right-hand side; infinite if no value would do, None if it is not defined."""
     source: str
     note: str
-    decisive: bool
+    decisive: bool = True
     """Whether ζ ≥ 1 depends on it; the others are shown because the paper prints them."""
 
 
@@ -82,7 +81,6 @@ def _worst_case_conditions(actions: int, staged_ratio: float, stage_period: int)
             needed=3 * staged_ratio,
             source="paper, Lemma 1",
             note="ζ ≥ 1 at every decision while all states are new",
-            decisive=True,
         ),
         Condition(
             name="worst case, whole rows",
@@ -93,7 +91,6 @@ def _worst_case_conditions(actions: int, staged_ratio: float, stage_period: int)
             needed=whole / stage_period,
             source="ours",
             note="staging takes whole rows, so κ is in effect ⌈κT⌉/T; met by any |A| ≥ 3",
-            decisive=True,
         ),
         Condition(
             name="staging ratio",
@@ -165,7 +162,6 @@ def _best_case_conditions(
             needed=3,
             source="paper, proof of Lemma 2 and Remark in §V",
             note="a long-term row has 3 entries: with |A| ≤ 3 it saves nothing",
-            decisive=True,
         ),
         Condition(
             name="best case after staging",
@@ -175,7 +171,6 @@ def _best_case_conditions(
             needed=enough_states(actions, 1),
             source="paper, proof of Lemma 2",
             note="ζ1 ≥ 1 once every state met is in long-term memory",
-            decisive=True,
         ),
         Condition(
             name="best case before staging",
@@ -185,7 +180,6 @@ def _best_case_conditions(
             needed=before,
             source="paper, proof of Lemma 2",
             note="ζ2 ≥ 1 once every state met is in long-term memory",
-            decisive=True,
         ),
         Condition(
             name="any trajectory",
@@ -195,6 +189,5 @@ def _best_case_conditions(
             needed=before,
             source="paper, Remark in §V, with m_Q[t] for M",
             note="enough for ζ ≥ 1 at decision t (Lemma 3); the states met by then count",
-            decisive=True,
         ),
     ]

@@ -1,17 +1,27 @@
 """Closed forms of the comparison ratio ζ = msize of SARSA / msize of dual memory.
 
 Sizes are counted in entries, as in the paper's definition in §V: a row of the Q-table or of
-short-term memory has |A| entries, a row of long-term memory three (state, action, value).
+short-term memory has |A| entries, a row of long-term memory three (state, action, value). At the
+end are the checks of the numbers that the analysis takes.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
+from numbers import Integral, Real
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dmil.theory.parameters import hyperparameters, whole_number, whole_numbers
+from dmil.errors import InputError, unknown_name
+
+StagingRule = Literal["period", "full"]
+"""When short-term memory is staged: every `stage_period` decisions, or as soon as it has that
+many rows."""
+
+# 0.07 * 100 is a little more than 7 in binary; a row must not be staged for that.
+_ROUNDING = 1e-9
 
 
 class Ratios(NamedTuple):
@@ -144,3 +154,73 @@ def enough_states(actions: int, stage_period: int) -> float:
     actions = whole_number("actions", actions, at_least=1)
     stage_period = whole_number("stage_period", stage_period, at_least=1)
     return stage_period * actions / (actions - 3) if actions > 3 else float("inf")
+
+
+def whole_number(name: str, value: object, *, at_least: int) -> int:
+    """Check one whole number of this name: InputError if it is none, or below ``at_least``."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or int(value) < at_least:
+        raise InputError(
+            f"found {value!r}", where=name, expected=f"a whole number of at least {at_least}"
+        )
+    return int(value)
+
+
+def whole_numbers(name: str, values: ArrayLike, *, at_least: int) -> NDArray[np.float64]:
+    """Check an array (any shape) as `whole_number` checks one; float64 for division."""
+    expected = f"whole numbers of at least {at_least}"
+    try:
+        numbers = np.asarray(values)
+    except ValueError as error:
+        raise InputError("found rows of unequal length", where=name, expected=expected) from error
+    if not np.issubdtype(numbers.dtype, np.integer):
+        raise InputError(f"found {numbers.dtype} values", where=name, expected=expected)
+    if numbers.size and int(numbers.min()) < at_least:
+        raise InputError(f"found {int(numbers.min())}", where=name, expected=expected)
+    return numbers.astype(np.float64)
+
+
+def ratio(name: str, value: object) -> float:
+    """Check a share: InputError if it is no number, or outside (0, 1]."""
+    if isinstance(value, bool) or not isinstance(value, Real) or not 0.0 < float(value) <= 1.0:
+        raise InputError(
+            f"found {value!r}",
+            where=name,
+            expected="a number above 0 and at most 1",
+            mend="it is the share of short-term rows that is staged",
+        )
+    return float(value)
+
+
+def hyperparameters(
+    actions: object, staged_ratio: object, stage_period: object
+) -> tuple[int, float, int]:
+    """Check |A| ≥ 1, 0 < κ ≤ 1 and T ≥ 1 together: InputError if one of them is out of range."""
+    return (
+        whole_number("actions", actions, at_least=1),
+        ratio("staged_ratio", staged_ratio),
+        whole_number("stage_period", stage_period, at_least=1),
+    )
+
+
+def check_name(kind: str, name: str, known: tuple[str, ...], *, where: str) -> None:
+    """Check that a name is one of a few: UnknownNameError if it is not."""
+    if name not in known:
+        raise unknown_name(kind, name, known, where=where)
+
+
+def staged_rows(rows: int, staged_ratio: float) -> int:
+    """How many of `rows` short-term rows are staged: ⌈κ·rows⌉ (Algorithm 1, rounding ours).
+
+    Parameters
+    ----------
+    rows
+        Rows in short-term memory.
+    staged_ratio
+        κ, share that is staged, in (0, 1].
+
+    Returns
+    -------
+    int
+        Between 1 and `rows`; 0 if there is no row.
+    """
+    return min(rows, max(1, math.ceil(staged_ratio * rows - _ROUNDING)))

@@ -15,17 +15,17 @@ The model, with t = 0, 1, 2, … counting decisions:
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dmil.errors import InputError, unknown_name
-from dmil.theory.parameters import (
+from dmil.errors import InputError
+from dmil.theory.growth import (
     StagingRule,
+    check_name,
     hyperparameters,
     staged_rows,
-    staging_rule,
     whole_number,
     whole_numbers,
 )
@@ -115,9 +115,8 @@ def memory_sizes(
     looked up: so for exact states and cells, not for keys with a tolerance (docs/theory.md).
     """
     actions, staged_ratio, stage_period = hyperparameters(actions, staged_ratio, stage_period)
-    rule = staging_rule(rule)
-    if prefer not in ("new", "known"):
-        raise unknown_name("preference", prefer, ("new", "known"), where="prefer")
+    check_name("staging rule", rule, get_args(StagingRule), where="rule")
+    check_name("preference", prefer, ("new", "known"), where="prefer")
     met = whole_numbers("classes", classes, at_least=0)
     if met.ndim != 1 or not met.size:
         raise InputError(
@@ -194,7 +193,7 @@ def size_bounds(
     Lemma 3 needs a condition on the states met, which its Remark in §V gives (docs/theory.md).
     """
     actions, staged_ratio, stage_period = hyperparameters(actions, staged_ratio, stage_period)
-    rule = staging_rule(rule)
+    check_name("staging rule", rule, get_args(StagingRule), where="rule")
     decisions = whole_number("decisions", decisions, at_least=1)
     distinct_states = whole_number("distinct_states", distinct_states, at_least=1)
     imported = whole_number("imported", imported, at_least=0)

@@ -13,7 +13,7 @@ from dmil.scenarios.calibration import Calibration
 from dmil.simulation import QueueSimulator, Simulator
 from dmil.simulation.measures import Measures
 from dmil.simulation.sumo import SumoSimulator
-from dmil.training.evaluation import evaluate, vehicles_of_seed
+from dmil.training.phases import evaluate, vehicles_of_seed
 
 PLAIN, CALIBRATED, JUDGE = "queue", "queue, calibrated", "sumo"
 

@@ -9,8 +9,8 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from dmil.arrays import BoolArray, FloatArray, LongArray
 from dmil.controllers import make_controller
 from dmil.controllers.protocol import RunContext
 from dmil.demand import Vehicles
@@ -23,11 +23,7 @@ from dmil.simulation.protocol import Simulator
 from dmil.simulation.sumo import SumoSimulator
 from dmil.simulation.sumo.approaches import RouteGeometry, build_ways
 from dmil.simulation.sumo.survey import Survey, SurveyFiles
-from dmil.training.evaluation import vehicles_of_seed
-
-FloatArray = npt.NDArray[np.float64]
-LongArray = npt.NDArray[np.int64]
-BoolArray = npt.NDArray[np.bool_]
+from dmil.training.phases import vehicles_of_seed
 
 SEED = 7_000_000
 """Seed of the run that is measured: far from those of tests."""

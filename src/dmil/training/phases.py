@@ -1,18 +1,20 @@
-"""The paper's training phase, and training of a policy over several episodes."""
+"""The paper's training phase, training over several episodes, and runs that compare controllers."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from dmil.controllers import Controller, Prior
 from dmil.controllers.tabular.sarsa import SarsaController
 from dmil.controllers.tabular.settings import SarsaSettings
+from dmil.demand import Vehicles
 from dmil.rewards import Reward
 from dmil.scenarios import Scenario
 from dmil.seeding import simulator_seed, stream
 from dmil.simulation import QueueSimulator, Simulator
 from dmil.training.loop import Run, run
-from dmil.training.observers import Observer
+from dmil.training.observers import MemoryRecorder, Observer
 
 DUMMY_EPSILON = 0.1
 """ε_train of the dummy agent (paper, §VI)."""
@@ -108,3 +110,52 @@ def train(
         for each in observers:
             each.episode_ended(episode, result)
     return results
+
+
+def vehicles_of_seed(scenario: Scenario, seed: int) -> Vehicles:
+    """Return the vehicles of a test seed, the same for every controller (specification, §1)."""
+    return scenario.demand.vehicles(scenario.network, scenario.horizon_s, stream(seed, "demand"))
+
+
+def evaluate(
+    simulator: Simulator,
+    controller: Controller,
+    vehicles: Vehicles,
+    reward: Reward,
+    seed: int,
+    *,
+    observers: Sequence[Observer] = (),
+) -> Run:
+    """Run a controller in the testing phase of a seed, its memory watched (paper, §VI-B).
+
+    Parameters
+    ----------
+    simulator
+        Simulator of the scenario.
+    controller
+        The one to test; it learns on if its settings say so.
+    vehicles
+        See `vehicles_of_seed`.
+    reward
+        What a learner gets.
+    seed
+        Master seed; exploration and the simulator have streams of their own, the same for every
+        controller.
+    observers
+        Who watches besides.
+    """
+    recorder, exploration = MemoryRecorder(), stream(seed, "exploration")
+    result = run(
+        simulator,
+        controller,
+        vehicles,
+        reward,
+        exploration,
+        simulator_seed(seed),
+        observers=(recorder, *observers),
+    )
+    return replace(
+        result,
+        time_s=(*recorder.time_s, *result.time_s),
+        memory=(*recorder.memory, *result.memory),
+    )

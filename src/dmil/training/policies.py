@@ -125,12 +125,8 @@ def save_policy(policy: Policy, path: Path) -> None:
         "format": FORMAT,
         "version": FORMAT_VERSION,
         "dmil": __version__,
-        "controller": policy.controller,
-        "options": policy.options,
-        "reward": policy.reward,
         "reward_constants": policy.reward_constants.changed,
-        "shapes": policy.shapes,
-        "training": policy.training,
+        **{key: getattr(policy, key) for key in HEADER_FIELDS},
     }
     text = np.frombuffer(json.dumps(header, sort_keys=True).encode(), np.uint8)
 
@@ -177,25 +173,25 @@ def load_policy(path: Path) -> Policy:
         )
     for key, kind in HEADER_FIELDS.items():
         if not isinstance(header.get(key), kind):
-            raise PolicyError(
-                f"its header has {header.get(key)!r} for '{key}'",
-                where=where,
-                expected="a file as dmil train wrote it",
-            )
+            raise _misfit(header, key, where)
     check_trusted(header["controller"], "controller", where=where)
     check_trusted(header["reward"], "reward", where=where)
     check_trusted(header["options"].get("embedding"), "embedding", where=where)
     try:
         constants = RewardConstants.model_validate(header.get("reward_constants", {}))
     except ValidationError:
-        raise PolicyError(
-            f"its header has {header['reward_constants']!r} for 'reward_constants'",
-            where=where,
-            expected="a file as dmil train wrote it",
-        ) from None
+        raise _misfit(header, "reward_constants", where) from None
     header["options"] = _without_retired(header["controller"], header["options"], where)
     known = {key: header[key] for key in HEADER_FIELDS}
     return Policy(**known, arrays=arrays, reward_constants=constants)
+
+
+def _misfit(header: dict[str, Any], key: str, where: str) -> PolicyError:
+    return PolicyError(
+        f"its header has {header.get(key)!r} for '{key}'",
+        where=where,
+        expected="a file as dmil train wrote it",
+    )
 
 
 def _without_retired(controller: str, options: dict[str, Any], where: str) -> dict[str, Any]:

@@ -19,11 +19,6 @@ from dmil.training.signal_events import EventRecorder, signal_table
 class Recording:
     """Records runs on one network (ours).
 
-    Parameters
-    ----------
-    network
-        The roads.
-
     Attributes
     ----------
     observers: tuple of Observer

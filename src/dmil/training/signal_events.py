@@ -91,15 +91,7 @@ class EventRecorder(Observer):
 
 
 def signal_table(events: Sequence[SignalEvent], network: RoadNetwork) -> pl.DataFrame:
-    """Return events as ``signals`` of `dmil.results.schema.RECORDINGS`, less the seed (ours).
-
-    Parameters
-    ----------
-    events
-        In the order of time.
-    network
-        The roads.
-    """
+    """Return events, in the order of time, as ``signals`` of `RECORDINGS`, less the seed (ours)."""
     rows = []
     for event in events:
         item = network.intersections[event.intersection]

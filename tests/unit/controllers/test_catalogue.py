@@ -6,8 +6,7 @@ from pathlib import Path
 import dmil
 from dmil.controllers import CONTROLLERS, make_controller
 from dmil.controllers.entry import Entry, Range
-from dmil.controllers.rules.baselines import MaxPressureController
-from dmil.controllers.rules.settings import MaxPressureSettings
+from dmil.controllers.rules.baselines import MaxPressureController, MaxPressureSettings
 from dmil.experiments.tuning import search_space
 from dmil.reports.labels import contender_label, controller_label
 from dmil.reports.styles import colours_by_label, dashes_by_label

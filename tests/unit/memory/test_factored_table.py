@@ -6,14 +6,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dmil.errors import PolicyError
-from dmil.memory.factored import MOST, learn_part, make_factored_table, restored_table
+from dmil.memory.residuals import MOST, learn_part, make_residuals, restored_residuals
 
 ERRORS = st.lists(st.floats(-100.0, 100.0, width=32), max_size=40)
 
 
 def table_of(first, second=()):
     """One row of three columns: what the first two learned."""
-    table = make_factored_table(1, 3)
+    table = make_residuals(1, 3)
     for column, errors in enumerate((first, second)):
         for error in errors:
             learn_part(table, 0, column, error)
@@ -25,7 +25,7 @@ def step(number):
 
 
 def test_steps_get_smaller_down_to_a_hundredth():
-    table, moved = make_factored_table(1, 1), []
+    table, moved = make_residuals(1, 1), []
     for _ in range(400):
         before = float(table.residual[0, 0])
         learn_part(table, 0, 0, 1.0)
@@ -36,7 +36,7 @@ def test_steps_get_smaller_down_to_a_hundredth():
 
 
 def test_a_residual_comes_to_what_is_always_missing():
-    table = make_factored_table(1, 1)
+    table = make_residuals(1, 1)
     for _ in range(2000):
         learn_part(table, 0, 0, 7.0 - float(table.residual[0, 0]))
     assert float(table.residual[0, 0]) == pytest.approx(7.0, abs=1e-3)
@@ -44,7 +44,7 @@ def test_a_residual_comes_to_what_is_always_missing():
 
 @given(ERRORS)
 def test_other_entries_stay(errors):
-    table = make_factored_table(3, 2)
+    table = make_residuals(3, 2)
     for error in errors:
         learn_part(table, 1, 1, error)
     for array in table:
@@ -54,7 +54,7 @@ def test_other_entries_stay(errors):
 
 
 def test_counts_stop_at_the_most():
-    table = make_factored_table(1, 1)
+    table = make_residuals(1, 1)
     table.times[0, 0] = MOST - 1
     for _ in range(3):
         learn_part(table, 0, 0, 1.0)
@@ -63,7 +63,7 @@ def test_counts_stop_at_the_most():
 
 
 def test_bytes_and_entries_are_the_arrays():
-    table = make_factored_table(288, 3)
+    table = make_residuals(288, 3)
     assert table.bytes_total == 288 * 3 * (4 + 2)
     assert table.entries == 0
     learn_part(table, 5, 2, 0.0)
@@ -71,17 +71,17 @@ def test_bytes_and_entries_are_the_arrays():
 
 
 def test_loading_copies_and_checks():
-    saved, like = table_of([1.0, 2.0]), make_factored_table(1, 3)
-    loaded = restored_table(saved._asdict(), like)
+    saved, like = table_of([1.0, 2.0]), make_residuals(1, 3)
+    loaded = restored_residuals(saved._asdict(), like)
     for array, other in zip(saved, loaded, strict=True):
         assert array.tobytes() == other.tobytes()
         assert not np.shares_memory(array, other)
-    narrow = make_factored_table(1, 2)
-    assert restored_table(saved._asdict(), narrow).residual.shape == (1, 3)
+    narrow = make_residuals(1, 2)
+    assert restored_residuals(saved._asdict(), narrow).residual.shape == (1, 3)
     with pytest.raises(PolicyError, match="array 'residual' holds"):
-        restored_table(narrow._asdict(), like)
+        restored_residuals(narrow._asdict(), like)
     with pytest.raises(PolicyError, match="array 'times' is missing"):
-        restored_table({"residual": saved.residual}, like)
+        restored_residuals({"residual": saved.residual}, like)
     saved.residual[0, 0] = np.inf
     with pytest.raises(PolicyError, match="holds numbers that cannot be"):
-        restored_table(saved._asdict(), like)
+        restored_residuals(saved._asdict(), like)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from dmil.errors import PolicyError
-from dmil.memory.hindsight import Runs
-from dmil.memory.replay import Replay
+from dmil.memory.replay import Replay, Runs
 from dmil.seeding import stream
 
 COLUMNS = {"state": (np.uint16, (3,)), "reward": (np.float32, ())}

@@ -13,7 +13,7 @@ from dmil.scenarios import QueueDynamics, SumoConfiguration, scenario, sumo_scen
 from dmil.seeding import stream
 from dmil.simulation import QueueSimulator
 from dmil.simulation.queue.gaps import gap_of, junctions_that_hold
-from dmil.training.evaluation import vehicles_of_seed
+from dmil.training.phases import vehicles_of_seed
 from tests.unit.network.conftest import sumo_binary
 
 

@@ -1,27 +1,24 @@
-"""Deep Q-network with experience replay (Mnih et al. 2015).
+"""Deep Q-network with experience replay (Mnih et al. 2015), and with prioritised replay.
 
-See docs/controllers/dqn.md.
+That is the proportional variant of Schaul et al. (2016). See docs/controllers/dqn.md and
+dqn-prioritised.md.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import torch
 
-from dmil.controllers.deep.learner import DeepLearner
-from dmil.controllers.deep.q_network import QNetwork
-from dmil.controllers.deep.settings import DqnSettings
-from dmil.controllers.protocol import Arrays, IntArray, MemoryUse, RunContext
+from dmil.arrays import IntArray, LongArray, Single
+from dmil.controllers.deep.learner import DeepLearner, Part
+from dmil.controllers.deep.network import QNetwork
+from dmil.controllers.deep.settings import DqnSettings, PrioritisedSettings
+from dmil.controllers.protocol import MemoryUse
 from dmil.memory.replay import Columns, Replay
-from dmil.memory.saved import named, part, saved_array
-
-Floats = npt.NDArray[np.float32]
-LongArray = npt.NDArray[np.int64]
-DECISIONS = "decisions"
+from dmil.memory.sum_tree import Priorities
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +40,9 @@ class Batch:
     rows: LongArray
     state: npt.NDArray[np.integer]
     action: npt.NDArray[np.integer]
-    reward: Floats
+    reward: Single
     following: npt.NDArray[np.integer]
-    weight: Floats | None = None
+    weight: Single | None = None
 
 
 class DqnController(DeepLearner):
@@ -56,8 +53,6 @@ class DqnController(DeepLearner):
 
     Parameters
     ----------
-    settings
-        See `DqnSettings`.
     name
         Name of the controller, for errors.
     """
@@ -72,27 +67,7 @@ class DqnController(DeepLearner):
         entries = np.array([self._transitions(shape) for shape in range(len(self._replays))])
         return self.use_of(entries, sum(self._bytes(shape) for shape in range(entries.size)))
 
-    def arrays(self) -> Arrays:
-        """Return networks, moments and transitions as flat arrays."""
-        saved: dict[str, npt.NDArray[Any]] = {DECISIONS: np.array(self._decisions, np.int64)}
-        for shape in range(len(self._networks)):
-            saved |= named(str(shape), self._arrays_of(shape))
-        return saved
-
-    def restore(self, arrays: Arrays) -> None:
-        """Replace networks, moments and transitions.
-
-        Raises
-        ------
-        PolicyError
-            If the arrays are not those of the same networks and memories.
-        """
-        decisions = int(saved_array(arrays, DECISIONS, (), np.int64, least=0))
-        for shape in range(len(self._networks)):
-            self._restore_of(shape, part(str(shape), arrays))
-        self._decisions = decisions
-
-    def _start(self, context: RunContext) -> None:
+    def _start(self) -> None:
         settings, agents = self.settings, self.agents
         phases = [int(self._phase_count[members[0]]) for members in agents.members]
         self._networks = [QNetwork(self._inputs, n, settings, self._rng) for n in phases]
@@ -112,7 +87,7 @@ class DqnController(DeepLearner):
         }
         return Replay(self.settings.buffer_capacity, columns)
 
-    def _values(self, state: IntArray) -> Floats:
+    def _values(self, state: IntArray) -> Single:
         value = np.zeros((len(state), self._phase_count.max()), np.float32)
         for network, members in zip(self._networks, self.agents.members, strict=True):
             found = network.values(self._seen(state[members]))
@@ -124,7 +99,7 @@ class DqnController(DeepLearner):
         return state
 
     def _remember(
-        self, state: IntArray, action: IntArray, reward: Floats, following: IntArray
+        self, state: IntArray, action: IntArray, reward: Single, following: IntArray
     ) -> None:
         for shape, members in enumerate(self.agents.members):
             rows = self._replays[shape].append(
@@ -158,7 +133,7 @@ class DqnController(DeepLearner):
         rows = self._replays[shape].sample(self._rng.random(self.settings.batch_size))
         return self._batch(shape, rows)
 
-    def _batch(self, shape: int, rows: LongArray, weight: Floats | None = None) -> Batch:
+    def _batch(self, shape: int, rows: LongArray, weight: Single | None = None) -> Batch:
         take = self._replays[shape].take
         return Batch(
             rows=rows,
@@ -172,7 +147,7 @@ class DqnController(DeepLearner):
     def _remembered(self, shape: int, rows: LongArray) -> None:
         """Take note of new transitions; nothing to note when all are equally likely."""
 
-    def _learned(self, shape: int, rows: LongArray, error: Floats) -> None:
+    def _learned(self, shape: int, rows: LongArray, error: Single) -> None:
         """Take note of the errors of a batch; nothing to note when all are equally likely."""
 
     def _transitions(self, shape: int) -> int:
@@ -181,10 +156,64 @@ class DqnController(DeepLearner):
     def _bytes(self, shape: int) -> int:
         return self._networks[shape].bytes_used + self._replays[shape].bytes_used
 
-    def _arrays_of(self, shape: int) -> dict[str, npt.NDArray[Any]]:
-        replay = named("replay", self._replays[shape].arrays())
-        return {**self._networks[shape].arrays(), **replay}
+    def _parts(self) -> dict[str, Part]:
+        return {
+            f"{shape}{name}": each
+            for shape in range(len(self._networks))
+            for name, each in self._parts_of(shape).items()
+        }
 
-    def _restore_of(self, shape: int, arrays: Arrays) -> None:
-        self._networks[shape].restore(arrays)
-        self._replays[shape].restore(part("replay", arrays))
+    def _parts_of(self, shape: int) -> dict[str, Part]:
+        """Return what is saved of a shape: see `_parts`."""
+        network, replay = self._networks[shape], self._replays[shape]
+        return {"": (network.arrays, network.restore), ".replay": (replay.arrays, replay.restore)}
+
+
+class PrioritisedController(DqnController):
+    """DQN that replays a transition the more often, the larger its last error was.
+
+    Differs from the paper: plain Q-learning targets, not Double DQN's, so that replay is all that
+    differs from ``dqn``; weights are divided by the largest of the batch.
+    """
+
+    settings: PrioritisedSettings
+
+    def __init__(self, settings: PrioritisedSettings | None = None) -> None:
+        super().__init__(settings or PrioritisedSettings(), name="dqn-prioritised")
+
+    def _start(self) -> None:
+        super()._start()
+        settings = self.settings
+        self._priorities = [
+            Priorities(
+                settings.buffer_capacity, settings.priority_exponent, settings.priority_floor
+            )
+            for _ in self._replays
+        ]
+
+    def _sample(self, shape: int) -> Batch:
+        settings = self.settings
+        beta = settings.weight_first + self._training_done * (
+            settings.weight_last - settings.weight_first
+        )
+        draws = self._rng.random(settings.batch_size)
+        size = self._replays[shape].size
+        rows, weight = self._priorities[shape].sample(draws, size, beta)
+        return self._batch(shape, rows, weight.astype(np.float32))
+
+    def _remembered(self, shape: int, rows: LongArray) -> None:
+        self._priorities[shape].add(rows)
+
+    def _learned(self, shape: int, rows: LongArray, error: Single) -> None:
+        self._priorities[shape].update(rows, error)
+
+    def _bytes(self, shape: int) -> int:
+        return super()._bytes(shape) + self._priorities[shape].sums.nbytes
+
+    def _parts_of(self, shape: int) -> dict[str, Part]:
+        priorities, replay = self._priorities[shape], self._replays[shape]
+        own: Part = (
+            lambda: priorities.arrays(replay.size),
+            lambda arrays: priorities.restore(arrays, replay.size),
+        )
+        return {**super()._parts_of(shape), ".priorities": own}

@@ -5,19 +5,15 @@ See docs/controllers/dqn-hindsight.md.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import IntArray, Single
 from dmil.controllers.deep.dqn import Batch, DqnController
+from dmil.controllers.deep.learner import Part
 from dmil.controllers.deep.settings import HindsightSettings
-from dmil.controllers.protocol import Arrays, IntArray, RunContext
-from dmil.memory.hindsight import Runs
-from dmil.memory.replay import Columns, Replay
-from dmil.memory.saved import named, part
-
-Floats = npt.NDArray[np.float32]
+from dmil.controllers.protocol import RunContext
+from dmil.memory.replay import Columns, Replay, Runs
 
 
 class HindsightController(DqnController):
@@ -30,11 +26,6 @@ class HindsightController(DqnController):
 
     Differs from the paper: DQN instead of DDPG; goals are exchanged at sampling instead of storing
     every transition k + 1 times, which has the same distribution and needs less memory.
-
-    Parameters
-    ----------
-    settings
-        See `HindsightSettings`.
     """
 
     settings: HindsightSettings
@@ -49,8 +40,8 @@ class HindsightController(DqnController):
             for runs, replay in zip(self._runs, self._replays, strict=True):
                 runs.begin(replay.written)
 
-    def _start(self, context: RunContext) -> None:
-        super()._start(context)
+    def _start(self) -> None:
+        super()._start()
         self._runs = [Runs(replay.capacity) for replay in self._replays]
 
     @property
@@ -69,7 +60,7 @@ class HindsightController(DqnController):
         return _with_goal(state, np.full(len(state), self.settings.goal_veh, np.int32))
 
     def _remember(
-        self, state: IntArray, action: IntArray, reward: Floats, following: IntArray
+        self, state: IntArray, action: IntArray, reward: Single, following: IntArray
     ) -> None:
         for shape, members in enumerate(self.agents.members):
             self._replays[shape].append(
@@ -106,15 +97,11 @@ class HindsightController(DqnController):
     def _transitions(self, shape: int) -> int:
         return self._replays[shape].size * self.agents.members[shape].size
 
-    def _arrays_of(self, shape: int) -> dict[str, npt.NDArray[Any]]:
-        return {**super()._arrays_of(shape), **named("runs", self._runs[shape].arrays())}
-
-    def _restore_of(self, shape: int, arrays: Arrays) -> None:
-        super()._restore_of(shape, arrays)
-        self._runs[shape].restore(part("runs", arrays), self._replays[shape].written)
+    def _parts_of(self, shape: int) -> dict[str, Part]:
+        runs, replay = self._runs[shape], self._replays[shape]
+        own: Part = runs.arrays, lambda arrays: runs.restore(arrays, replay.written)
+        return {**super()._parts_of(shape), ".runs": own}
 
 
-def _with_goal(
-    state: npt.NDArray[np.integer], goal: npt.NDArray[np.integer]
-) -> npt.NDArray[np.int32]:
+def _with_goal(state: npt.NDArray[np.integer], goal: npt.NDArray[np.integer]) -> IntArray:
     return np.column_stack([state, goal]).astype(np.int32)

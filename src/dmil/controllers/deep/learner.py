@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import Array, Arrays, FloatArray, IntArray, Single
 from dmil.controllers.deep.network import one_thread
 from dmil.controllers.deep.settings import DeepSettings
-from dmil.controllers.episodic.by_shape import SharedLearner
-from dmil.controllers.protocol import FloatArray, IntArray, RunContext
+from dmil.controllers.episodic.by_shape import DECISIONS, SharedLearner
+from dmil.controllers.protocol import RunContext
 from dmil.errors import DivergedError
+from dmil.memory.saved import named, part, saved_array
 from dmil.simulation import Observation
-
-Floats = npt.NDArray[np.float32]
 
 
 class NetworkLearner(SharedLearner):
@@ -56,6 +57,10 @@ class NetworkLearner(SharedLearner):
             raise DivergedError(self._name, what, self._time_s)
 
 
+Part = tuple[Callable[[], Arrays], Callable[[Arrays], None]]
+"""What returns the arrays of a part of a learner, and what replaces them."""
+
+
 class DeepLearner(NetworkLearner):
     """Learns from transitions, from one decision to the next.
 
@@ -93,13 +98,37 @@ class DeepLearner(NetworkLearner):
         self._state, self._action = state, action
         return action
 
+    def arrays(self) -> Arrays:
+        """Return networks, moments and transitions as flat arrays."""
+        saved: dict[str, Array] = {DECISIONS: np.array(self._decisions, np.int64)}
+        for name, (arrays, _) in self._parts().items():
+            saved |= named(name, arrays())
+        return saved
+
+    def restore(self, arrays: Arrays) -> None:
+        """Replace networks, moments and transitions.
+
+        Raises
+        ------
+        PolicyError
+            If the arrays are not those of the same networks, memories and agents.
+        """
+        decisions = int(saved_array(arrays, DECISIONS, (), np.int64, least=0))
+        for name, (_, restore) in self._parts().items():
+            restore(part(name, arrays))
+        self._decisions = decisions
+
     @abstractmethod
-    def _values(self, state: IntArray) -> Floats:
+    def _parts(self) -> dict[str, Part]:
+        """Return what is saved, by what the names of its arrays begin with, in their order."""
+
+    @abstractmethod
+    def _values(self, state: IntArray) -> Single:
         """Return the values of all agents' phases: (agents, phases), 0 where there is no phase."""
 
     @abstractmethod
     def _remember(
-        self, state: IntArray, action: IntArray, reward: Floats, following: IntArray
+        self, state: IntArray, action: IntArray, reward: Single, following: IntArray
     ) -> None:
         """Store the transitions of all agents."""
 

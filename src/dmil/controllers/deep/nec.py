@@ -8,17 +8,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import torch
 
+from dmil.arrays import Array, Arrays, FloatArray, IntArray
 from dmil.compilation import kernel
 from dmil.controllers.deep.learner import NetworkLearner
-from dmil.controllers.deep.network import Adam, Mlp, one_thread
-from dmil.controllers.deep.q_network import features
+from dmil.controllers.deep.network import Adam, Mlp, features, one_thread
 from dmil.controllers.deep.settings import NecSettings
-from dmil.controllers.episodic.returns import ReturnWindow, best_tried
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, RunContext
-from dmil.memory.dictionary import gather, recall_mean, write_towards
+from dmil.controllers.episodic.by_shape import ReturnWindow, best_tried
+from dmil.controllers.protocol import MemoryUse, RunContext
+from dmil.memory.episodic import gather, recall_mean, write_towards
 from dmil.memory.neighbours import (
     Entries,
     KeyArray,
@@ -27,12 +26,10 @@ from dmil.memory.neighbours import (
     make_entries,
     make_neighbours,
 )
-from dmil.memory.packed_entries import bytes_of_entries, pack_entries, unpack_entries
+from dmil.memory.packing import bytes_of_entries, pack_entries, unpack_entries
 from dmil.memory.replay import Replay
 from dmil.memory.saved import named, part
 from dmil.simulation import Observation
-
-SOURCES = ("neighbours", "untried")
 
 
 class NecController(NetworkLearner):
@@ -40,19 +37,14 @@ class NecController(NetworkLearner):
 
     Differs from the paper: the loss moves the embedding only, not the keys and values that are
     stored; the inputs are counts, not pictures.
-
-    Parameters
-    ----------
-    settings
-        See `NecSettings`.
     """
 
     settings: NecSettings
+    SOURCES = ("neighbours", "untried")
     _entries: Entries
 
     def __init__(self, settings: NecSettings | None = None) -> None:
         super().__init__("nec", settings or NecSettings())
-        self._lookups = np.zeros(len(SOURCES), np.int64)
 
     def reset(self, context: RunContext) -> None:
         """Get ready for a run; see `SharedLearner.reset`."""
@@ -80,10 +72,6 @@ class NecController(NetworkLearner):
                 self._decisions += 1
         return action
 
-    def lookups(self) -> dict[str, int]:
-        """Return how often a state and phase were looked up to choose so far, by what was found."""
-        return dict(zip(SOURCES, self._lookups.tolist(), strict=True))
-
     def memory_use(self) -> MemoryUse:
         """Return how much is remembered now: one entry per embedding and phase."""
         sizes = self._entries.size.reshape(-1, self._actions).sum(axis=1)
@@ -94,7 +82,7 @@ class NecController(NetworkLearner):
 
     def arrays(self) -> Arrays:
         """Return dictionaries, networks, moments and what is replayed as flat arrays."""
-        saved: dict[str, npt.NDArray[Any]] = named("entries", pack_entries(self._entries))
+        saved: dict[str, Array] = named("entries", pack_entries(self._entries))
         for shape, (adam, replay) in enumerate(zip(self._adams, self._replays, strict=True)):
             saved |= named(f"{shape}.network", adam.arrays())
             saved |= named(f"{shape}.replay", replay.arrays())
@@ -115,7 +103,7 @@ class NecController(NetworkLearner):
         self._take_decisions(arrays)
         self._entries = entries
 
-    def _start(self, context: RunContext) -> None:
+    def _start(self) -> None:
         settings, shapes = self.settings, len(self.agents.signatures)
         self._actions = int(self._phase_count.max())
         layers = self.places, settings.hidden, settings.embedding
@@ -220,8 +208,6 @@ def recall_all(
     key: (agents, embedding) float32
     softening: float
         δ.
-    nearest
-        Working space.
     touches
         Whether what is read counts as used.
     value: (agents, actions) float64

@@ -11,17 +11,15 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from dmil.controllers.deep.learner import DeepLearner
-from dmil.controllers.deep.q_network import QNetwork, features
+from dmil.arrays import IntArray, Single
+from dmil.controllers.deep.learner import DeepLearner, Part
+from dmil.controllers.deep.network import QNetwork, features
 from dmil.controllers.deep.settings import VdnSettings
-from dmil.controllers.protocol import Arrays, IntArray, MemoryUse, RunContext
+from dmil.controllers.protocol import MemoryUse, RunContext
 from dmil.errors import PolicyError
 from dmil.memory.replay import Columns, Replay
-from dmil.memory.saved import named, part, saved_array
 
-Floats = npt.NDArray[np.float32]
 Counts = npt.NDArray[np.integer]
-DECISIONS = "decisions"
 
 
 class VdnController(DeepLearner):
@@ -33,11 +31,6 @@ class VdnController(DeepLearner):
 
     Differs from the paper: no recurrent layers and no dueling heads; agents of different shapes
     have different networks.
-
-    Parameters
-    ----------
-    settings
-        See `VdnSettings`.
     """
 
     settings: VdnSettings
@@ -69,28 +62,11 @@ class VdnController(DeepLearner):
         networks = sum(network.bytes_used for network in self._networks)
         return MemoryUse(0.0, 0.0, size, size, size, networks + self._replay.bytes_used)
 
-    def arrays(self) -> Arrays:
-        """Return networks, moments and transitions as flat arrays."""
-        saved: dict[str, npt.NDArray[Any]] = {DECISIONS: np.array(self._decisions, np.int64)}
-        for shape, network in enumerate(self._networks):
-            saved |= named(str(shape), network.arrays())
-        return {**saved, **named("replay", self._replay.arrays())}
+    def _parts(self) -> dict[str, Part]:
+        networks = {str(i): (each.arrays, each.restore) for i, each in enumerate(self._networks)}
+        return {**networks, "replay": (self._replay.arrays, self._replay.restore)}
 
-    def restore(self, arrays: Arrays) -> None:
-        """Replace networks, moments and transitions.
-
-        Raises
-        ------
-        PolicyError
-            If the arrays are not those of the same networks and agents.
-        """
-        decisions = int(saved_array(arrays, DECISIONS, (), np.int64, least=0))
-        for shape, network in enumerate(self._networks):
-            network.restore(part(str(shape), arrays))
-        self._replay.restore(part("replay", arrays))
-        self._decisions = decisions
-
-    def _start(self, context: RunContext) -> None:
+    def _start(self) -> None:
         settings, members = self.settings, self.agents.members
         self._networks = [
             QNetwork(self.places + of.size, int(self._phase_count[of[0]]), settings, self._rng)
@@ -107,7 +83,7 @@ class VdnController(DeepLearner):
         }
         self._replay = Replay(settings.buffer_capacity, columns)
 
-    def _values(self, state: IntArray) -> Floats:
+    def _values(self, state: IntArray) -> Single:
         value = np.zeros((len(state), self._phase_count.max()), np.float32)
         for shape, members in enumerate(self.agents.members):
             with torch.no_grad():
@@ -129,7 +105,7 @@ class VdnController(DeepLearner):
         return torch.cat([mine, who], 2).flatten(0, 1)
 
     def _remember(
-        self, state: IntArray, action: IntArray, reward: Floats, following: IntArray
+        self, state: IntArray, action: IntArray, reward: Single, following: IntArray
     ) -> None:
         self._replay.append(
             state=state[None],

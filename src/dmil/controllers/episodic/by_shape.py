@@ -7,12 +7,16 @@ served, so no choice depends on them.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import Any, ClassVar
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+import numpy.typing as npt
+from pydantic import Field
 
+from dmil.arrays import Arrays, FloatArray, IntArray
 from dmil.compilation import kernel
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, RunContext
+from dmil.controllers.parameters import Settings
+from dmil.controllers.protocol import MemoryUse, RunContext
 from dmil.controllers.tabular.agents import Agents, agents_of
 from dmil.controllers.tabular.choice import DRAWS, explores, greedy_action, uniform_action
 from dmil.errors import DivergedError, PolicyError
@@ -22,14 +26,13 @@ from dmil.network import RoadNetwork
 from dmil.simulation import Observation
 
 DECISIONS = "decisions"
+Chosen = tuple[npt.NDArray[Any], ...]
 LARGEST_VEH = 4095
 """Counts above are taken for this: squares of sums up to it are whole in 32-bit floats."""
 
 
-class SharedSettings(BaseModel):
+class SharedSettings(Settings):
     """What all of these learners are told."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     approaching: bool = Field(
         default=False, description="Whether the state includes approaching vehicles."
@@ -64,8 +67,12 @@ class SharedLearner(ABC):
         What all of them share.
     """
 
+    SOURCES: ClassVar[tuple[str, ...]] = ()
+    """Where what is looked up may be found: names of what kernels count."""
+
     def __init__(self, name: str, settings: SharedSettings) -> None:
         self._name = name
+        self._lookups = np.zeros(len(self.SOURCES), np.int64)
         self._shared_settings = settings
         self._agents: Agents | None = None
         # Decisions that were learned from, over all runs.
@@ -93,7 +100,7 @@ class SharedLearner(ABC):
         self._columns, self._there = signalled_columns(network)
         self._phase_count = np.array([len(i.phases) for i in network.intersections], np.int32)
         if before is None:
-            self._start(context)
+            self._start()
 
     @property
     def agents(self) -> Agents:
@@ -155,6 +162,10 @@ class SharedLearner(ABC):
         choose_all(value, self._phase_count, alike, draws, self.epsilon, action)
         return action
 
+    def lookups(self) -> dict[str, int]:
+        """Return how often was looked up so far, by where a value was found."""
+        return dict(zip(self.SOURCES, self._lookups.tolist(), strict=True))
+
     def use_of(self, entries: IntArray, bytes_total: int) -> MemoryUse:
         """Return the memory in use.
 
@@ -172,18 +183,84 @@ class SharedLearner(ABC):
         return {**arrays, DECISIONS: np.array([self._decisions], np.int64)}
 
     def _take_decisions(self, arrays: Arrays) -> None:
-        """Go on counting decisions from a saved number.
-
-        Raises
-        ------
-        PolicyError
-            If there is none.
-        """
+        """Go on counting decisions from a saved number: PolicyError if there is none."""
         self._decisions = int(saved_array(arrays, DECISIONS, (1,), np.int64, least=0)[0])
 
     @abstractmethod
-    def _start(self, context: RunContext) -> None:
+    def _start(self) -> None:
         """Make the memories to start from."""
+
+
+class ReturnWindow:
+    """The last n choices of a run, until their returns are known (Sutton & Barto, §7.1).
+
+    The horizon cuts a task that goes on: the last choices of a run have no return and are not
+    remembered.
+
+    Parameters
+    ----------
+    steps
+        n.
+    discount
+        γ.
+    """
+
+    def __init__(self, steps: int, discount: float) -> None:
+        self._steps = steps
+        self._discounts = (discount ** np.arange(steps + 1, dtype=np.float64)).tolist()
+        self._chosen: list[Chosen] = []
+        self._rewards: list[FloatArray] = []
+
+    def choose(self, *chosen: npt.NDArray[Any]) -> None:
+        """Note a choice.
+
+        Parameters
+        ----------
+        chosen: (agents, …) arrays
+            What to know of it later, such as states and actions; not changed afterwards.
+        """
+        self._chosen.append(chosen)
+
+    def reward(
+        self, reward: FloatArray, following: FloatArray | float
+    ) -> tuple[Chosen, FloatArray] | None:
+        """Note the reward of the last choice; return the choice of n decisions ago, and its return.
+
+        Parameters
+        ----------
+        reward: (agents,) float64
+        following: (agents,) float64
+            Value of the states now, with which returns go on after n rewards.
+
+        Returns
+        -------
+        chosen, value
+            What was noted then, and Σ γᵏ r_k + γⁿ·following, (agents,) float64; None if there are
+            no n rewards yet.
+        """
+        self._rewards.append(reward.astype(np.float64))
+        if len(self._rewards) < self._steps:
+            return None
+        value = self._discounts[-1] * np.broadcast_to(following, reward.shape)
+        # A sum that is no number is the caller's to notice.
+        with np.errstate(over="ignore", invalid="ignore"):
+            for discount, earned in zip(self._discounts[-2::-1], self._rewards[::-1], strict=True):
+                value = value + discount * earned
+        self._rewards.pop(0)
+        return self._chosen.pop(0), value
+
+
+def best_tried(value: FloatArray) -> FloatArray:
+    """Return the largest value of each state that is not infinite, 0 if there is none (ours).
+
+    Parameters
+    ----------
+    value: (agents, actions) float64
+        Infinite where an action was never tried.
+    """
+    best = np.where(np.isfinite(value), value, -np.inf).max(axis=1)
+    found: FloatArray = np.where(np.isfinite(best), best, 0.0)
+    return found
 
 
 def signalled_columns(network: RoadNetwork) -> tuple[IntArray, IntArray]:

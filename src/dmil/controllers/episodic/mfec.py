@@ -8,10 +8,16 @@ from __future__ import annotations
 import numpy as np
 from pydantic import Field
 
+from dmil.arrays import Arrays, FloatArray, IntArray
 from dmil.compilation import kernel
-from dmil.controllers.episodic.by_shape import SharedLearner, SharedSettings, as_keys
-from dmil.controllers.episodic.returns import ReturnWindow, best_tried
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, RunContext
+from dmil.controllers.episodic.by_shape import (
+    ReturnWindow,
+    SharedLearner,
+    SharedSettings,
+    as_keys,
+    best_tried,
+)
+from dmil.controllers.protocol import MemoryUse, RunContext
 from dmil.errors import DivergedError
 from dmil.memory.episodic import estimate, keep_best
 from dmil.memory.neighbours import (
@@ -22,10 +28,8 @@ from dmil.memory.neighbours import (
     make_entries,
     make_neighbours,
 )
-from dmil.memory.packed_entries import bytes_of_entries, pack_entries, unpack_entries
+from dmil.memory.packing import bytes_of_entries, pack_entries, unpack_entries
 from dmil.simulation import Observation
-
-SOURCES = ("exact", "neighbours", "untried")
 
 
 class MfecSettings(SharedSettings):
@@ -55,19 +59,14 @@ class MfecController(SharedLearner):
 
     Differs from the paper: returns are taken over n decisions, because traffic has no episodes; the
     state is the counts themselves, not a projection of a picture.
-
-    Parameters
-    ----------
-    settings
-        See `MfecSettings`.
     """
 
+    SOURCES = ("exact", "neighbours", "untried")
     _entries: Entries
 
     def __init__(self, settings: MfecSettings | None = None) -> None:
         self.settings = settings or MfecSettings()
         super().__init__("mfec", self.settings)
-        self._lookups = np.zeros(len(SOURCES), np.int64)
 
     def reset(self, context: RunContext) -> None:
         """Get ready for a run; see `SharedLearner.reset`."""
@@ -103,10 +102,6 @@ class MfecController(SharedLearner):
             self._decisions += 1
         return action
 
-    def lookups(self) -> dict[str, int]:
-        """Return how often a state and phase were looked up so far, by where a value was found."""
-        return dict(zip(SOURCES, self._lookups.tolist(), strict=True))
-
     def memory_use(self) -> MemoryUse:
         """Return how much is remembered now: one entry per state and phase."""
         sizes = self._entries.size.reshape(-1, self._actions).sum(axis=1)
@@ -128,7 +123,7 @@ class MfecController(SharedLearner):
         self._take_decisions(arrays)
         self._entries = entries
 
-    def _start(self, context: RunContext) -> None:
+    def _start(self) -> None:
         self._actions = int(self._phase_count.max())
         tables = len(self.agents.signatures) * self._actions
         self._entries = make_entries(tables, self.settings.capacity, self.places)
@@ -162,8 +157,6 @@ def estimate_all(
         Table shape·actions + action is that of a shape and an action.
     shape, phase_count: (agents,) int32
     key: (agents, places) float32
-    nearest
-        Working space.
     touches
         Whether what is read counts as used.
     value: (agents, actions) float64

@@ -11,9 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import Field
 
+from dmil.arrays import Arrays, FloatArray, IntArray
 from dmil.compilation import kernel
 from dmil.controllers.episodic.by_shape import SharedLearner, SharedSettings
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, RunContext
+from dmil.controllers.parameters import parameters_of
+from dmil.controllers.protocol import MemoryUse, RunContext
 from dmil.controllers.tabular.announcements import Announcements
 from dmil.controllers.tabular.choice import DRAWS, explores, greedy_action, uniform_action
 from dmil.errors import DivergedError
@@ -33,7 +35,6 @@ from dmil.memory.patterns import find_pattern
 from dmil.simulation import Observation
 
 FIRST_CAPACITY = 64
-SOURCES = ("pattern", "prediction", "unseen")
 
 
 class PlmpSettings(SharedSettings):
@@ -94,28 +95,23 @@ class PlmpRules(NamedTuple):
     """The settings that the kernel needs; see `PlmpSettings`."""
 
     reach: int
-    predicts: bool
-    learns: bool
+    prediction: bool
+    learning: bool
     learning_rate: float
     discount: float
     capacity: int
 
 
 class PlmpController(SharedLearner):
-    """One agent per intersection; agents of one shape share a table of Q over pattern classes.
+    """One agent per intersection; agents of one shape share a table of Q over pattern classes."""
 
-    Parameters
-    ----------
-    settings
-        See `PlmpSettings`.
-    """
-
+    SOURCES = ("pattern", "prediction", "unseen")
     _table: ValueTable
 
     def __init__(self, settings: PlmpSettings | None = None) -> None:
         self.settings = settings or PlmpSettings()
         super().__init__("plmp", self.settings)
-        self._lookups = np.zeros(len(SOURCES), np.int64)
+        self._rules = parameters_of(PlmpRules, self.settings)
 
     def reset(self, context: RunContext) -> None:
         """Get ready for a run; see `SharedLearner.reset`."""
@@ -154,10 +150,6 @@ class PlmpController(SharedLearner):
         self._decisions += settings.learning
         return self._action.copy()
 
-    def lookups(self) -> dict[str, int]:
-        """Return how often a state was looked up so far, by where it was found."""
-        return dict(zip(SOURCES, self._lookups.tolist(), strict=True))
-
     def memory_use(self) -> MemoryUse:
         """Return how much is remembered now: the classes."""
         return self.use_of(self._table.rows.size, bytes_used(self._table.rows, self._table[1:]))
@@ -178,19 +170,7 @@ class PlmpController(SharedLearner):
         self._take_decisions(arrays)
         self._table = table
 
-    @property
-    def _rules(self) -> PlmpRules:
-        settings = self.settings
-        return PlmpRules(
-            settings.reach,
-            settings.prediction,
-            settings.learning,
-            settings.learning_rate,
-            settings.discount,
-            settings.capacity,
-        )
-
-    def _start(self, context: RunContext) -> None:
+    def _start(self) -> None:
         shapes, actions = len(self.agents.signatures), int(self._phase_count.max())
         self._table = make_value_table(shapes, FIRST_CAPACITY, self.places, actions, 0)
 
@@ -222,7 +202,7 @@ def decide_plmp(
         owner, draws = shape[agent], step.draws[agent]
         row = _find(table, owner, step.pattern, agent, step, rules)
         known, source = row, 0
-        if row == ABSENT and rules.predicts:
+        if row == ABSENT and rules.prediction:
             known = _find(table, owner, step.ahead, agent, step, rules)
             source = 1
         step.lookups[source if known != ABSENT else 2] += 1
@@ -242,13 +222,13 @@ def decide_plmp(
         count = phase_count[agent]
         if known == ABSENT or explores(draws, step.epsilon):
             action = uniform_action(draws[1], count)
-        elif rules.learns:
+        elif rules.learning:
             # Untried ones count as 0, as in SARSA.
             action = greedy_action(table.value[owner, known], step.alike, count, draws[2])
         else:
             action = best if best != ABSENT else uniform_action(draws[1], count)
         step.action[agent] = action
-        if row == ABSENT and rules.learns and table.rows.size[owner] < rules.capacity:
+        if row == ABSENT and rules.learning and table.rows.size[owner] < rules.capacity:
             row = append(table.rows, owner, step.pattern[agent])
         step.row[agent] = row
     return finite

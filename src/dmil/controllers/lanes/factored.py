@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from dmil.compilation import TypedOnce
 from dmil.controllers.lanes.factored_choice import ROWS, FactoredParams, decide, make_gains
 from dmil.controllers.lanes.lane_groups import LaneGroups
 from dmil.controllers.lanes.lane_memory import LaneMemory, LaneWork
-from dmil.controllers.parameters import parameters_of
-from dmil.controllers.protocol import Arrays
-from dmil.memory.factored import FactoredTable, make_factored_table, restored_table
+from dmil.controllers.parameters import Settings, parameters_of
 
 
-class FactoredSettings(BaseModel):
+class FactoredSettings(Settings):
     """Factored dual memory."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     approaching: bool = Field(
         default=True, description="Whether vehicles that arrive within the interval are observed."
@@ -66,35 +62,20 @@ class FactoredSettings(BaseModel):
     )
 
 
-class FactoredController(LaneMemory[FactoredTable]):
+class FactoredController(LaneMemory):
     """Chooses the phase whose lanes gain most from green; see docs/controllers/factored.md.
 
     Its long-term memory is one table of lanes at the central unit, which every intersection writes
     at every decision; its short-term memory is each lane's arrival rate and what was done last.
-
-    Parameters
-    ----------
-    settings
-        See `FactoredSettings`.
     """
 
     name = "factored"
     sources = ("long-term", "prior")
+    rows = ROWS
 
     def __init__(self, settings: FactoredSettings | None = None) -> None:
-        super().__init__()
         self.settings = settings or FactoredSettings()
-
-    @property
-    def guard(self) -> bool:
-        """Whether there is a guard for shared lanes."""
-        return self.settings.guard
-
-    def _new_table(self, columns: int) -> FactoredTable:
-        return make_factored_table(ROWS, columns)
-
-    def _restored(self, arrays: Arrays) -> FactoredTable:
-        return restored_table(arrays, self.table)
+        super().__init__(guard=self.settings.guard)
 
     def _work(self, groups: LaneGroups, after_switch: float) -> LaneWork:
         return LaneWork(

@@ -6,11 +6,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dmil.arrays import ByteArray, FloatArray, IntArray, Single
 from dmil.compilation import kernel
 from dmil.controllers.lanes.lane_groups import Indices, LaneGroups
 from dmil.controllers.lanes.lane_inputs import (
     ONE,
+    PARTLY,
+    RED,
+    STATE_BINS,
     ZERO,
+    Inputs,
+    LaneScratch,
+    Real,
+    ShortTerm,
+    Whole,
     aggregate,
     announce,
     count_arrivals,
@@ -24,21 +33,7 @@ from dmil.controllers.lanes.lane_inputs import (
     served_wholly,
     state_bin,
 )
-from dmil.controllers.lanes.lane_state import (
-    PARTLY,
-    RED,
-    STATE_BINS,
-    ByteArray,
-    FloatArray,
-    Inputs,
-    IntArray,
-    LaneScratch,
-    Real,
-    ShortTerm,
-    Single,
-    Whole,
-)
-from dmil.memory.factored import FactoredTable, has_numbers_only, learn_part
+from dmil.memory.residuals import ResidualTable, has_numbers_only, learn_part
 
 RATE_EDGES_VEH = tuple(np.float32(edge) for edge in (0.15, 0.4, 0.8, 1.5, 3.0))
 """Arrival rates between these have a row of their own."""
@@ -115,7 +110,7 @@ def make_gains(groups: LaneGroups, columns: int) -> Gains:
 def decide(
     groups: LaneGroups,
     params: FactoredParams,
-    table: FactoredTable,
+    table: ResidualTable,
     short: ShortTerm,
     inputs: Inputs,
     scratch: LaneScratch,
@@ -127,27 +122,7 @@ def decide(
     Every intersection chooses by what it sees and announces that; then, knowing what its neighbours
     mean to do, it chooses for good.
 
-    Parameters
-    ----------
-    groups
-        What the network has of lane groups.
-    params
-        Numbers of the settings and of signal timing.
-    table
-        Long-term memory; changed in place.
-    short
-        Short-term memory; changed in place.
-    inputs
-        The observation, and what was asked for last.
-    scratch, gains
-        Working space.
-    phases: (intersections,) int32
-        Filled with the choice.
-
-    Returns
-    -------
-    numbers_only: bool
-        Whether all that has been learned is finite.
+    See `LaneWork` for what it takes and returns; table and short-term memory are changed in place.
     """
     for row in range(gains.learned_more.shape[0]):
         for treatment in range(1, gains.learned_more.shape[1]):
@@ -289,7 +264,7 @@ def _prepare_errors(
 def _learn(
     groups: LaneGroups,
     params: FactoredParams,
-    table: FactoredTable,
+    table: ResidualTable,
     short: ShortTerm,
     inputs: Inputs,
     scratch: LaneScratch,

@@ -6,6 +6,7 @@ is what it has of a network: how much of it is green in a phase, whom it feeds a
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
@@ -13,14 +14,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import BoolArray, IntArray, Single
 from dmil.controllers.protocol import RunContext
 from dmil.network import Intersection, RoadNetwork
 
-IntArray = npt.NDArray[np.int32]
 Indices = npt.NDArray[np.uint32]
 """Places in other arrays: without a sign, because compiled code then need not ask for it."""
-Single = npt.NDArray[np.float32]
-BoolArray = npt.NDArray[np.bool_]
 
 
 class LaneGroups(NamedTuple):
@@ -106,13 +105,7 @@ class LaneGroups(NamedTuple):
 
 
 def lane_groups(context: RunContext) -> LaneGroups:
-    """Return the lane groups of a network (ours).
-
-    Parameters
-    ----------
-    context
-        Network, signal timing and saturation flow.
-    """
+    """Return the lane groups of a network, with its signal timing and saturation flow (ours)."""
     network, interval_s = context.network, context.decision_interval_s
     width = max(len(item.movements) for item in network.intersections)
     links = len(network.links)
@@ -132,7 +125,7 @@ def lane_groups(context: RunContext) -> LaneGroups:
             groups.append([i * width + j for j in group])
             lanes.append(len({lane for j in group for lane in item.movements[j].lanes}) or 1)
             group_link.append(network.link_index[item.movements[group[0]].from_link])
-        users = _users_of_lanes(item)
+        users = Counter((m.from_link, lane) for m in item.movements for lane in m.lanes)
         for j, movement in enumerate(item.movements):
             ahead[i * width + j] = to_signals[network.link_index[movement.to_link]]
             own = sum(1 / users[movement.from_link, lane] for lane in movement.lanes) or 1.0
@@ -185,15 +178,6 @@ def _sharing_lanes(item: Intersection) -> list[list[int]]:
         members = [member for group in joined for member in group[1]]
         found.append((lanes.union(*(group[0] for group in joined)), [*members, j]))
     return sorted(sorted(members) for _, members in found)
-
-
-def _users_of_lanes(item: Intersection) -> dict[tuple[str, int], int]:
-    """Return how many movements use each lane, by link and number of the lane."""
-    users: dict[tuple[str, int], int] = {}
-    for movement in item.movements:
-        for lane in movement.lanes:
-            users[movement.from_link, lane] = users.get((movement.from_link, lane), 0) + 1
-    return users
 
 
 def _ways_to_signals(network: RoadNetwork) -> list[int]:

@@ -1,29 +1,31 @@
-"""What is seen and expected of every lane group, and how phases treat it; compiled.
+"""What memories of lanes work on: what is seen and expected of groups, how phases treat them.
 
-What all memories of lanes share. Each step is a short loop over all groups, links or intersections
-that works on few arrays, in 32 bits and mostly without branches: such loops a compiler turns into
-vector instructions, and a city's arrays outlast the processor's guesses.
+First the tuples of arrays, then compiled steps. Each step is a short loop over all groups, links or
+intersections that works on few arrays, in 32 bits and mostly without branches: such loops a
+compiler turns into vector instructions, and a city's arrays outlast the processor's guesses.
 """
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any, NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
+from dmil.arrays import ByteArray, FloatArray, IntArray, Single
 from dmil.compilation import kernel
 from dmil.controllers.lanes.lane_groups import LaneGroups
-from dmil.controllers.lanes.lane_state import (
-    ARRIVALS,
-    KEPT,
-    PARTLY,
-    RED,
-    SWITCHED,
-    Inputs,
-    IntArray,
-    LaneScratch,
-    Real,
-    ShortTerm,
-    Whole,
-)
+
+RowArray = npt.NDArray[np.uint16]
+Whole = int | np.integer[Any]
+Real = float | np.floating[Any]
+
+RED, KEPT, SWITCHED, PARTLY = range(4)
+"""Columns of the table: how a lane is treated in a decision interval."""
+
+ARRIVALS = 4
+STATE_BINS = 12 * ARRIVALS
+"""Bins of vehicles queued, {0…8, 9–10, 11–14, 15+}, and expected, {0, 1, 2, 3+}."""
 
 ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
 """A plain number would lift what it meets to 64 bits."""
@@ -31,6 +33,93 @@ SMALLEST_RATE_VEH = np.float32(0.05)
 """Added to the rate of every lane group when inflow is divided: no group gets none for ever."""
 RATED_ENOUGH = np.float32(1000.0)
 """Intervals after which the moving average forgets at its own pace, whatever the step."""
+
+
+class ShortTerm(NamedTuple):
+    """What every intersection remembers of the last decision and of arrivals, per lane group.
+
+    Attributes
+    ----------
+    rate_veh: (groups,) float32
+        Arrivals per decision interval and lane, a moving average.
+    rated: (groups,) float32
+        How many intervals it comes from.
+    queue_veh, expected_veh: (groups,) float32
+        Per lane, at the last decision.
+    row: (groups,) uint16
+        Row of the table, then.
+    treatment: (groups,) uint8
+        How it was treated since.
+    """
+
+    rate_veh: Single
+    rated: Single
+    queue_veh: Single
+    expected_veh: Single
+    row: RowArray
+    treatment: ByteArray
+
+
+class Inputs(NamedTuple):
+    """The observation, and what was asked for last.
+
+    Attributes
+    ----------
+    queue_veh, approaching_veh: (movements,) int32
+    waiting_veh: (movements,) float64
+    owed_veh: (movements,) float64, or (0,)
+        Vehicles that green counts more, because shared lanes got stuck; empty where none can.
+    shown, asked: (intersections,) int32
+        Phase shown now; phase asked for at the last decision.
+    first: bool
+        Whether there was none.
+    """
+
+    queue_veh: IntArray
+    approaching_veh: IntArray
+    waiting_veh: FloatArray
+    owed_veh: FloatArray
+    shown: IntArray
+    asked: IntArray
+    first: bool
+
+
+class LaneScratch(NamedTuple):
+    """Working space: (groups,) but where it says otherwise; vehicles are per lane.
+
+    Attributes
+    ----------
+    queue_veh, expected_veh, waiting_veh, joined_veh: float32
+        Seen and expected now; who joined in the interval that ended, as far as one can tell.
+    tells: uint8
+        Whether one can.
+    row: uint16
+    shown, treatment: uint8
+        Treatment by the phase that is shown now: red, kept or partly; by the one that is chosen.
+    wave: float32
+        What green is worth besides, for green ahead.
+    link_rate_veh, inflow_veh, green: (links + 1,) float32
+        What was announced of a link: arrivals so far, vehicles that come, how much of it is green.
+    per_rate: (links + 1,) float32
+        Of vehicles that were announced, those that are expected for each of a group's own rate.
+    lookups: (2,) int64
+        Entries asked for that had been learned, and that had not.
+    """
+
+    queue_veh: Single
+    expected_veh: Single
+    waiting_veh: Single
+    joined_veh: Single
+    tells: ByteArray
+    row: RowArray
+    shown: ByteArray
+    treatment: ByteArray
+    wave: Single
+    link_rate_veh: Single
+    inflow_veh: Single
+    green: Single
+    per_rate: Single
+    lookups: npt.NDArray[np.int64]
 
 
 @kernel

@@ -3,44 +3,32 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import Arrays, FloatArray, IntArray
 from dmil.compilation import TypedOnce
 from dmil.controllers.lanes.lane_groups import LaneGroups, lane_groups
-from dmil.controllers.lanes.lane_state import KEPT, PARTLY, SWITCHED, Inputs, LaneScratch, ShortTerm
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, MemoryUse, RunContext
+from dmil.controllers.lanes.lane_inputs import (
+    KEPT,
+    PARTLY,
+    SWITCHED,
+    Inputs,
+    LaneScratch,
+    ShortTerm,
+)
+from dmil.controllers.protocol import MemoryUse, RunContext
 from dmil.controllers.rules.shared_lanes import SharedLaneGuard
 from dmil.errors import DivergedError, PolicyError
+from dmil.memory.residuals import ResidualTable, make_residuals, restored_residuals
 from dmil.scenarios import lost_s
 from dmil.simulation import Observation
 
 FIRST_RATE_VEH = 0.5
 """Arrivals per interval and lane before any were counted."""
 NOTHING_OWED = np.zeros(0)
-
-
-class LaneTable(Protocol):
-    """A table whose rows are what a lane looks like, its columns how it is treated."""
-
-    @property
-    def residual(self) -> npt.NDArray[Any]:
-        """What was learned: (rows, columns, …)."""
-
-    @property
-    def entries(self) -> int:
-        """Entries that have been learned."""
-
-    @property
-    def bytes_total(self) -> int:
-        """Memory of all arrays."""
-
-    def _asdict(self) -> dict[str, Any]: ...
-
-
-Table = TypeVar("Table", bound=LaneTable)
 
 
 class LaneWork(NamedTuple):
@@ -50,7 +38,7 @@ class LaneWork(NamedTuple):
     ----------
     kernel
         Takes lane groups, numbers, table, short-term memory, inputs, scratch, its own working space
-        and phases to fill in; tells whether all that was learned is finite.
+        and phases to fill in, (intersections,) int32; tells whether all that was learned is finite.
     params
         The numbers.
     space
@@ -62,7 +50,7 @@ class LaneWork(NamedTuple):
     space: tuple[Any, ...]
 
 
-class LaneMemory(ABC, Generic[Table]):
+class LaneMemory(ABC):
     """One table of lanes at the central unit, and what each intersection saw and did last (ours).
 
     It learns from the vehicles that wait in each lane, not from the reward of the run.
@@ -72,14 +60,14 @@ class LaneMemory(ABC, Generic[Table]):
     sources: ClassVar[tuple[str, str]]
     """Where an entry came from: it had been learned, or it had not."""
 
-    def __init__(self) -> None:
-        self._table: Table | None = None
-        self._lookups = np.zeros(len(self.sources), np.int64)
+    rows: ClassVar[int]
+    outcomes: ClassVar[tuple[int, ...]] = ()
+    """How many rows the table has; and outcomes, where an entry is not a single number."""
 
-    @property
-    @abstractmethod
-    def guard(self) -> bool:
-        """Whether there is a guard for shared lanes."""
+    def __init__(self, *, guard: bool) -> None:
+        self._table: ResidualTable | None = None
+        self._lookups = np.zeros(len(self.sources), np.int64)
+        self._guarded = guard
 
     def reset(self, context: RunContext) -> None:
         """Forget the arrivals of the last run; the table stays, on whatever network.
@@ -91,12 +79,12 @@ class LaneMemory(ABC, Generic[Table]):
         """
         self._groups = groups = lane_groups(context)
         self._short, self._scratch = _short_term(groups), _scratch(groups, self._lookups)
-        self._guard = SharedLaneGuard(context, enabled=self.guard)
+        self._guard = SharedLaneGuard(context, enabled=self._guarded)
         self._asked: IntArray | None = None
         lost = lost_s(context.timing, context.network)
         columns = 1 + (PARTLY if groups.partly.any() else SWITCHED if lost.any() else KEPT)
         if self._table is None:
-            self._table = self._new_table(columns)
+            self._table = make_residuals(self.rows, columns, *self.outcomes)
         elif self._table.residual.shape[1] < columns:
             raise PolicyError(
                 f"it knows {self._table.residual.shape[1]} of {columns} ways to treat a lane",
@@ -109,7 +97,7 @@ class LaneMemory(ABC, Generic[Table]):
         self._decides = self._work(groups, after_switch)
 
     @property
-    def table(self) -> Table:
+    def table(self) -> ResidualTable:
         """The long-term memory."""
         assert self._table is not None, "reset comes before anything else"
         return self._table
@@ -156,7 +144,6 @@ class LaneMemory(ABC, Generic[Table]):
         return MemoryUse(
             short_term_entries=self._groups.lanes.size / agents,
             long_term_entries=float(entries),
-            table_entries=0.0,
             msize=float(entries),
             entries_total=entries + self._groups.lanes.size,
             bytes_total=self.table.bytes_total + short,
@@ -174,15 +161,7 @@ class LaneMemory(ABC, Generic[Table]):
         PolicyError
             If the arrays are not those of such a table.
         """
-        self._table = self._restored(arrays)
-
-    @abstractmethod
-    def _new_table(self, columns: int) -> Table:
-        """Return a table that has learned nothing."""
-
-    @abstractmethod
-    def _restored(self, arrays: Arrays) -> Table:
-        """Return a saved table, or refuse it."""
+        self._table = restored_residuals(arrays, self.table)
 
     @abstractmethod
     def _work(self, groups: LaneGroups, after_switch: float) -> LaneWork:

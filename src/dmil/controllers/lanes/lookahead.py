@@ -5,22 +5,18 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from dmil.compilation import TypedOnce
 from dmil.controllers.lanes.lane_groups import LaneGroups
+from dmil.controllers.lanes.lane_inputs import STATE_BINS
 from dmil.controllers.lanes.lane_memory import LaneMemory, LaneWork
-from dmil.controllers.lanes.lane_state import STATE_BINS
 from dmil.controllers.lanes.lookahead_choice import OUTCOMES, LookaheadParams, Plans, decide
-from dmil.controllers.parameters import parameters_of
-from dmil.controllers.protocol import Arrays
-from dmil.memory.outcomes import OutcomeTable, make_outcome_table, restored_outcomes
+from dmil.controllers.parameters import Settings, parameters_of
 
 
-class LookaheadSettings(BaseModel):
+class LookaheadSettings(Settings):
     """Model memory with look-ahead."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     depth: Literal[1, 2] = Field(default=2, description="Decisions of lookahead.")
     plan: float = Field(
@@ -94,36 +90,21 @@ class LookaheadSettings(BaseModel):
     )
 
 
-class LookaheadController(LaneMemory[OutcomeTable]):
+class LookaheadController(LaneMemory):
     """Chooses the first of the two phases that cost least together.
 
     See docs/controllers/lookahead.md. Its memory is one table at the central unit, of what a simple
     lane model misses, which every intersection writes at every decision; and each lane's arrival
     rate.
-
-    Parameters
-    ----------
-    settings
-        See `LookaheadSettings`.
     """
 
     name = "lookahead"
     sources = ("learned", "lane model")
+    rows, outcomes = STATE_BINS, (OUTCOMES,)
 
     def __init__(self, settings: LookaheadSettings | None = None) -> None:
-        super().__init__()
         self.settings = settings or LookaheadSettings()
-
-    @property
-    def guard(self) -> bool:
-        """Whether there is a guard for shared lanes."""
-        return self.settings.guard
-
-    def _new_table(self, columns: int) -> OutcomeTable:
-        return make_outcome_table(STATE_BINS, columns, OUTCOMES)
-
-    def _restored(self, arrays: Arrays) -> OutcomeTable:
-        return restored_outcomes(arrays, self.table)
+        super().__init__(guard=self.settings.guard)
 
     def _work(self, groups: LaneGroups, after_switch: float) -> LaneWork:
         params = parameters_of(

@@ -7,9 +7,16 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import ByteArray, IntArray, Single
 from dmil.compilation import kernel
 from dmil.controllers.lanes.lane_groups import LaneGroups
 from dmil.controllers.lanes.lane_inputs import (
+    KEPT,
+    PARTLY,
+    RED,
+    Inputs,
+    LaneScratch,
+    ShortTerm,
     aggregate,
     announce,
     count_arrivals,
@@ -22,19 +29,8 @@ from dmil.controllers.lanes.lane_inputs import (
     served_wholly,
     state_bin,
 )
-from dmil.controllers.lanes.lane_state import (
-    KEPT,
-    PARTLY,
-    RED,
-    ByteArray,
-    Inputs,
-    IntArray,
-    LaneScratch,
-    ShortTerm,
-    Single,
-)
-from dmil.memory.outcomes import (
-    OutcomeTable,
+from dmil.memory.residuals import (
+    ResidualTable,
     believed,
     count_outcome,
     has_numbers_only,
@@ -97,7 +93,7 @@ class Plans(NamedTuple):
 def decide(
     groups: LaneGroups,
     params: LookaheadParams,
-    table: OutcomeTable,
+    table: ResidualTable,
     short: ShortTerm,
     inputs: Inputs,
     scratch: LaneScratch,
@@ -109,27 +105,7 @@ def decide(
     Every intersection chooses by what it sees and announces that; then, knowing what its neighbours
     mean to do, it chooses again, some rounds long.
 
-    Parameters
-    ----------
-    groups
-        What the network has of lane groups.
-    params
-        Numbers of the settings and of signal timing.
-    table
-        Long-term memory; changed in place.
-    short
-        Short-term memory; changed in place.
-    inputs
-        The observation, and what was asked for last.
-    scratch, plans
-        Working space.
-    phases: (intersections,) int32
-        Filled with the choice.
-
-    Returns
-    -------
-    numbers_only: bool
-        Whether all that has been learned is finite.
+    See `LaneWork` for what it takes and returns; table and short-term memory are changed in place.
     """
     note_shown(groups, inputs, scratch)
     aggregate(groups, params.approaching, inputs, scratch)
@@ -193,7 +169,7 @@ def lane_model(
 @kernel
 def _foresee(
     params: LookaheadParams,
-    table: OutcomeTable,
+    table: ResidualTable,
     queue_veh: float,
     arrivals_veh: float,
     flow_veh: float,
@@ -211,7 +187,7 @@ def _foresee(
 def _predict(
     groups: LaneGroups,
     params: LookaheadParams,
-    table: OutcomeTable,
+    table: ResidualTable,
     short: ShortTerm,
     scratch: LaneScratch,
     plans: Plans,
@@ -300,7 +276,7 @@ def _choose(
 def _learn(
     groups: LaneGroups,
     params: LookaheadParams,
-    table: OutcomeTable,
+    table: ResidualTable,
     short: ShortTerm,
     inputs: Inputs,
     scratch: LaneScratch,

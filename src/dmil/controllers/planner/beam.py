@@ -11,18 +11,17 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import FloatArray, IntArray, LongArray
 from dmil.compilation import allocating_kernel, kernel
 from dmil.controllers.planner.crossing import (
     KEPT,
     RED,
     KnownIntersection,
-    LongArray,
     States,
     is_allowed,
     meets_with,
     run_movement,
 )
-from dmil.controllers.protocol import FloatArray, IntArray
 from dmil.simulation.timing import NEVER_S
 
 
@@ -42,7 +41,7 @@ class Trials(NamedTuple):
         Number that tells how its lanes stand.
     """
 
-    queue_veh: npt.NDArray[np.int32]
+    queue_veh: IntArray
     ready_s: FloatArray
     wait_veh_s: LongArray
     rank_veh_s: LongArray

@@ -12,11 +12,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import FloatArray, IntArray, LongArray
 from dmil.compilation import kernel
-from dmil.controllers.protocol import FloatArray, IntArray
 from dmil.scenarios import UniformTiming
-
-LongArray = npt.NDArray[np.int64]
 
 RED, KEPT, ANEW = range(3)
 """What a movement may meet in an interval: red, green as before, green after a switch."""

@@ -17,11 +17,13 @@ from collections import Counter
 from itertools import pairwise
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from dmil.arrays import FloatArray, IntArray
+from dmil.controllers.parameters import Settings
 from dmil.controllers.planner.beam import search
 from dmil.controllers.planner.crossing import KnownIntersection
-from dmil.controllers.protocol import FloatArray, IntArray, RunContext
+from dmil.controllers.protocol import RunContext
 from dmil.controllers.rules.phase_choice import PhaseChoice, signalled
 from dmil.errors import InputError
 from dmil.network import Intersection
@@ -31,10 +33,8 @@ from dmil.simulation import Observation
 WHERE = "controller 'foresight'"
 
 
-class ForesightSettings(BaseModel):
+class ForesightSettings(Settings):
     """The planner."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     width: int = Field(
         default=1000,
@@ -48,11 +48,6 @@ class ForesightController:
     """Shows the phases that it found best for the arrivals to come, on a single intersection.
 
     Once the plan is over, after the last arrival, the longest queues are served first.
-
-    Parameters
-    ----------
-    settings
-        See `ForesightSettings`.
 
     Attributes
     ----------

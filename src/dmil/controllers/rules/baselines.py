@@ -3,26 +3,89 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import Field
 
-from dmil.controllers.protocol import FloatArray, IntArray, RunContext
-from dmil.controllers.rules.cycles import Cycles
+from dmil.arrays import FloatArray, IntArray
+from dmil.controllers.parameters import Settings
+from dmil.controllers.protocol import RunContext
 from dmil.controllers.rules.phase_choice import PhaseChoice
-from dmil.controllers.rules.settings import (
-    FixedCycleSettings,
-    GreedySettings,
-    LongestQueueFirstSettings,
-    MaxPressureSettings,
-)
 from dmil.controllers.rules.shared_lanes import SharedLaneGuard
 from dmil.errors import InputError
 from dmil.simulation import Observation
 from dmil.simulation.pressure import movement_pressure
 from dmil.simulation.stand_ins import covering_phases
 from dmil.simulation.timing import ACTUATED, PROGRAM
+
+
+class FixedCycleSettings(Settings):
+    """A fixed cycle."""
+
+    green_s: float | None = Field(
+        default=None,
+        gt=0,
+        allow_inf_nan=False,
+        description="Green per phase in s; by default that of the network's program, or else one "
+        "decision interval. Rounded up to whole decision intervals.",
+    )
+
+
+class GreedySettings(Settings):
+    """What controllers that serve the phase of the highest score share."""
+
+    approaching: bool = Field(
+        default=False,
+        description="Whether vehicles that arrive within the decision interval count as queued.",
+    )
+    hysteresis: float = Field(
+        default=0.0,
+        ge=0,
+        allow_inf_nan=False,
+        description="Fraction of the lost time that a switch must make up for: 0 none, 1 all; "
+        "without lost time it has no effect.",
+    )
+    guard: bool = Field(
+        default=True,
+        description="Whether red counts more, the longer it lasts, where shared lanes were "
+        "blocked; false: the published rule.",
+    )
+
+
+class LongestQueueFirstSettings(GreedySettings):
+    """Longest queue first."""
+
+
+class MaxPressureSettings(GreedySettings):
+    """Max-pressure."""
+
+
+class Cycles:
+    """Tells the phases of a time: cycles that repeat, whatever happens (ours).
+
+    Parameters
+    ----------
+    phases
+        For every intersection its phases, one per decision interval.
+    interval_s
+        Decision interval.
+    """
+
+    def __init__(self, phases: Sequence[Sequence[int]], interval_s: int) -> None:
+        self._length = np.array([len(cycle) for cycle in phases])
+        self._phase = np.zeros((len(phases), self._length.max()), np.int32)
+        for i, cycle in enumerate(phases):
+            self._phase[i, : len(cycle)] = cycle
+        self._interval_s = interval_s
+
+    def at(self, time_s: int) -> IntArray:
+        """Return the phases of this time: (intersections,) int32."""
+        step = (time_s // self._interval_s) % self._length
+        phases: IntArray = self._phase[np.arange(step.size), step]
+        return phases
 
 
 class RandomController:
@@ -43,11 +106,6 @@ class FixedCycleController:
 
     The cycle holds, in the order of the network, the phases that serve a movement no earlier phase
     of the cycle serves: for the paper's intersection its first four.
-
-    Parameters
-    ----------
-    settings
-        See `FixedCycleSettings`.
     """
 
     def __init__(self, settings: FixedCycleSettings | None = None) -> None:
@@ -133,11 +191,6 @@ class LongestQueueFirstController(_GreedyController):
 
     What a switch costs, and which of equally good phases is taken: see `PhaseChoice`; what keeps
     lanes that movements share from getting stuck: `SharedLaneGuard`.
-
-    Parameters
-    ----------
-    settings
-        See `LongestQueueFirstSettings`.
     """
 
     def __init__(self, settings: LongestQueueFirstSettings | None = None) -> None:
@@ -158,11 +211,6 @@ class MaxPressureController(_GreedyController):
     lanes that movements share from getting stuck: `SharedLaneGuard`. With ``approaching`` vehicles
     that arrive within the decision interval count as queued where they come from, since this green
     can serve them; where a movement leads to, only those queued do.
-
-    Parameters
-    ----------
-    settings
-        See `MaxPressureSettings`.
     """
 
     def __init__(self, settings: MaxPressureSettings | None = None) -> None:

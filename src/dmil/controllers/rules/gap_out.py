@@ -21,24 +21,19 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from dmil.arrays import BoolArray, FloatArray, IntArray
 from dmil.compilation import TypedOnce, kernel
-from dmil.controllers.parameters import parameters_of
-from dmil.controllers.protocol import FloatArray, IntArray, RunContext
-from dmil.controllers.rules.observed import Observed, observed
-from dmil.controllers.rules.phase_choice import signalled
+from dmil.controllers.parameters import Settings, parameters_of
+from dmil.controllers.protocol import RunContext
+from dmil.controllers.rules.phase_choice import Observed, observed, signalled
 from dmil.simulation import Observation
 from dmil.simulation.stand_ins import covering_phases
 
-BoolArray = npt.NDArray[np.bool_]
 
-
-class GapOutSettings(BaseModel):
+class GapOutSettings(Settings):
     """Actuated gap-out control."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     min_green_s: int = Field(default=0, ge=0, description="Minimum green in s.")
     max_green_s: int = Field(
@@ -84,11 +79,6 @@ class GapOutController:
 
     The sequence holds the phases that serve a movement which no earlier one of it serves, in the
     order of the network (`covering_phases`).
-
-    Parameters
-    ----------
-    settings
-        See `GapOutSettings`.
     """
 
     def __init__(self, settings: GapOutSettings | None = None) -> None:
@@ -142,12 +132,6 @@ def go_on(
     ----------
     served: (intersections, phases, movements) bool
         See `signalled`.
-    sequences
-        The order of the phases.
-    params
-        Bounds of a green.
-    seen
-        What is observed now.
     place: (intersections,) int32
         Where in its sequence each stands, −1 at the beginning of a run; changed in place.
     phases: (intersections,) int32

@@ -1,19 +1,49 @@
-"""The phase of the highest score: who is served, and what a switch costs."""
+"""What rules see, and the phase of the highest score: who is served, what a switch costs."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from dmil.arrays import BoolArray, FloatArray, IntArray
 from dmil.compilation import kernel
-from dmil.controllers.protocol import FloatArray, IntArray
 from dmil.network import RoadNetwork
 from dmil.scenarios import SignalTiming, lost_s
-
-BoolArray = npt.NDArray[np.bool_]
+from dmil.simulation import Observation
 
 ROUNDING = 1e-9
 """Pressures are sums of thirds and the like: equal ones may differ in the last bit."""
+
+
+class Observed(NamedTuple):
+    """The vehicles and signals of an observation.
+
+    Attributes
+    ----------
+    queue_veh, approaching_veh: (intersections, movements) int32
+    shown: (intersections,) int32
+        Phase shown, −1 for none.
+    elapsed_s: (intersections,) int32
+        For how long it has been green.
+    """
+
+    queue_veh: IntArray
+    approaching_veh: IntArray
+    shown: IntArray
+    elapsed_s: IntArray
+
+
+def observed(observation: Observation) -> Observed:
+    """Return what rules see of an observation (ours)."""
+    # As a kernel that is typed once reads them, whatever the simulator's arrays are.
+    return Observed(
+        queue_veh=np.ascontiguousarray(observation.queue_veh, np.int32),
+        approaching_veh=np.ascontiguousarray(observation.approaching_veh, np.int32),
+        shown=np.ascontiguousarray(observation.phase, np.int32),
+        elapsed_s=np.ascontiguousarray(observation.phase_elapsed_s, np.int32),
+    )
 
 
 class PhaseChoice:

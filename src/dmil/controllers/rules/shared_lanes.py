@@ -23,11 +23,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from dmil.arrays import BoolArray, FloatArray, IntArray
 from dmil.compilation import kernel
-from dmil.controllers.protocol import FloatArray, IntArray, RunContext
-from dmil.controllers.rules.phase_choice import BoolArray, signalled
+from dmil.controllers.protocol import RunContext
+from dmil.controllers.rules.phase_choice import signalled
 from dmil.network import Intersection
 from dmil.simulation import Observation
 
@@ -82,8 +82,6 @@ class SharedLaneGuard:
 
     Parameters
     ----------
-    context
-        Network and decision interval.
     enabled
         Whether there is a guard; without one no movement counts more.
     """
@@ -174,14 +172,12 @@ def watch(
     queue_veh: IntArray,
     shown: IntArray,
     waits: Waits,
-    owed_veh: npt.NDArray[np.float64],
+    owed_veh: FloatArray,
 ) -> None:
     """Move the guard on by the interval that ended; see the top of this file.
 
     Parameters
     ----------
-    shared
-        See there.
     served: (intersections, phases, movements) bool
         See `dmil.controllers.rules.phase_choice.signalled`.
     interval_s: int

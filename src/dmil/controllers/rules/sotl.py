@@ -26,22 +26,18 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from dmil.arrays import BoolArray, FloatArray, IntArray
 from dmil.compilation import TypedOnce, kernel
-from dmil.controllers.parameters import parameters_of
-from dmil.controllers.protocol import FloatArray, IntArray, RunContext
-from dmil.controllers.rules.observed import Observed, observed
-from dmil.controllers.rules.phase_choice import signalled
+from dmil.controllers.parameters import Settings, parameters_of
+from dmil.controllers.protocol import RunContext
+from dmil.controllers.rules.phase_choice import Observed, observed, signalled
 from dmil.simulation import Observation
 
-BoolArray = npt.NDArray[np.bool_]
 
-
-class SotlSettings(BaseModel):
+class SotlSettings(Settings):
     """Self-organising traffic lights."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     theta_veh_s: float = Field(
         default=20.0,
@@ -68,13 +64,7 @@ class SotlParams(NamedTuple):
 
 
 class SotlController:
-    """Switches to the phase before which most vehicle-seconds of red have been counted.
-
-    Parameters
-    ----------
-    settings
-        See `SotlSettings`.
-    """
+    """Switches to the phase before which most vehicle-seconds of red have been counted."""
 
     def __init__(self, settings: SotlSettings | None = None) -> None:
         self.settings = settings or SotlSettings()
@@ -122,10 +112,6 @@ def organise(
     served: (intersections, phases, movements) bool
         See `signalled`.
     phase_count: (intersections,) int64
-    params
-        T, θ, φ_min and μ.
-    seen
-        What is observed now.
     kappa_veh_s: (intersections, movements) float64
         κ; changed in place.
     phases: (intersections,) int32

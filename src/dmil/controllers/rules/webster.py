@@ -29,11 +29,12 @@ from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
-import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
-from dmil.controllers.protocol import FloatArray, IntArray, RunContext
-from dmil.controllers.rules.cycles import Cycles
+from dmil.arrays import FloatArray, IntArray
+from dmil.controllers.parameters import Settings
+from dmil.controllers.protocol import RunContext
+from dmil.controllers.rules.baselines import Cycles
 from dmil.demand import Vehicles
 from dmil.errors import InputError
 from dmil.network import Intersection, RoadNetwork
@@ -47,10 +48,8 @@ MOST_SETS = 20_000
 """Sets of phases that are compared; with more the first phases that cover all movements do."""
 
 
-class WebsterSettings(BaseModel):
+class WebsterSettings(Settings):
     """Webster's plan."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     saturation_flow_veh_per_s: float | None = Field(
         default=None,
@@ -72,13 +71,7 @@ class WebsterSettings(BaseModel):
 
 
 class WebsterController:
-    """Shows Webster's plan for the mean flows of the run.
-
-    Parameters
-    ----------
-    settings
-        See `WebsterSettings`.
-    """
+    """Shows Webster's plan for the mean flows of the run."""
 
     def __init__(self, settings: WebsterSettings | None = None) -> None:
         self.settings = settings or WebsterSettings()
@@ -165,7 +158,7 @@ def mean_flows(network: RoadNetwork, vehicles: Vehicles) -> FloatArray:
 
 
 def flow_ratios(
-    item: Intersection, flow_veh_per_s: npt.NDArray[np.float64], saturation_veh_per_s: float
+    item: Intersection, flow_veh_per_s: FloatArray, saturation_veh_per_s: float
 ) -> list[float]:
     """Return the flow ratio of every movement: that of its fullest lane (ours).
 
@@ -257,8 +250,6 @@ def whole_intervals(
         Critical flow ratio of every phase.
     cycle_s, longest_s
         Cycle that is wanted, and the longest one.
-    timing
-        Signal timing.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The agents of a network: their shapes, symmetries and equivalence classes."""
+"""The agents of a network: their shapes, symmetries and classes, and what they begin with."""
 
 from __future__ import annotations
 
@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
+from dmil.arrays import IntArray
+from dmil.memory import ValueTable
 from dmil.network import Intersection, RoadNetwork, exit_sides, shape_signature
 from dmil.symmetry import Classes, Embedding, SymmetryGroup, build_classes, find_group
-
-IntArray = npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,6 +32,20 @@ class Agents:
     signatures: tuple[str, ...]
     groups: tuple[SymmetryGroup, ...]
     members: tuple[IntArray, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prior:
+    """An exact Q-table of states, one owner per shape of intersection (paper, §VI-B).
+
+    Equal only to itself, so that what is derived from it can be kept and shared.
+
+    Attributes
+    ----------
+    table: ValueTable
+    """
+
+    table: ValueTable
 
 
 @lru_cache(maxsize=64)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from dmil.controllers.protocol import FloatArray, IntArray, RunContext
+from dmil.arrays import BoolArray, FloatArray, IntArray
+from dmil.controllers.protocol import RunContext
 from dmil.simulation import Observation
-
-BoolArray = npt.NDArray[np.bool_]
+from dmil.simulation.timing import signals_of
 
 
 class Announcements:
@@ -17,30 +16,19 @@ class Announcements:
     A movement with green discharges its queue at the saturation flow of its lanes. What it
     discharges spreads evenly over the movements of the link that it leads to, because who turns
     where is not known, and joins the queues there if it arrives within the interval.
-
-    Parameters
-    ----------
-    context
-        Network, timing and saturation flow.
     """
 
     def __init__(self, context: RunContext) -> None:
         network, dynamics = context.network, context.dynamics
-        interval_s = context.decision_interval_s
-        most = max(len(item.movements) for item in network.intersections)
-        phases = max(len(item.phases) for item in network.intersections)
-        shape = len(network.intersections), most
+        interval_s, signals = context.decision_interval_s, signals_of(network)
         self._queue_link, self._exit_link = network.movement_links
-        self._flow_veh_per_s = np.zeros(shape)
+        self._flow_veh_per_s = np.zeros(signals.unsignalled.shape)
         # The last row is that of no phase: only what needs no signal is served.
-        self._served = np.zeros((shape[0], phases + 1, most), np.bool_)
+        self._served = np.concatenate([signals.served, signals.unsignalled[:, None]], axis=1)
         for i, item in enumerate(network.intersections):
             for j, movement in enumerate(item.movements):
                 lanes = max(1, len(movement.lanes))
                 self._flow_veh_per_s[i, j] = dynamics.saturation_flow_veh_per_s * lanes
-            for p, phase in enumerate(item.phases):
-                self._served[i, p, sorted(phase)] = True
-            self._served[i, :, sorted(item.unsignalled)] = True
         on_link = np.bincount(self._queue_link.ravel(), minlength=len(network.links) + 1)
         self._movements = np.maximum(on_link, 1)
         travel_s = np.array([link.free_flow_time_s for link in network.links])

@@ -19,29 +19,13 @@ def uniform_action(draw: float, count: int) -> int:
 
 @kernel
 def explores(draws: npt.NDArray[np.float64], epsilon: float) -> bool:
-    """Tell whether this decision is a random one.
-
-    Parameters
-    ----------
-    draws: (3,) float64
-    epsilon: float
-    """
+    """Tell whether this decision is a random one, by ``draws``, (3,) float64."""
     return bool(draws[0] < epsilon)
 
 
 @kernel
 def unseen_action(fallback: int, draw: float, count: int) -> int:
-    """Return what is done in an unseen state: the fallback, or if it is negative a random action.
-
-    Parameters
-    ----------
-    fallback: int
-        An action, or −1.
-    draw: float
-        Uniform draw in [0, 1).
-    count: int
-        Number of actions.
-    """
+    """Return what is done in an unseen state: the fallback, or if it is below 0 a random action."""
     return fallback if fallback >= 0 else uniform_action(draw, count)
 
 
@@ -57,10 +41,6 @@ def greedy_action(
         Values in the orientation of the stored key.
     image: (actions,) int32
         Place in ``value`` of each action.
-    count: int
-        Number of actions.
-    draw: float
-        Uniform draw in [0, 1).
     """
     best, ties = value[image[0]], 0
     for action in range(count):

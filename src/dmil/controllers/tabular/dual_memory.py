@@ -6,25 +6,30 @@ from functools import lru_cache
 
 import numpy as np
 
-from dmil.compilation import TypedOnce
+from dmil.arrays import Arrays, IntArray, LongArray
+from dmil.compilation import TypedOnce, kernel
 from dmil.controllers.parameters import parameters_of
-from dmil.controllers.protocol import Arrays, IntArray, MemoryUse, RunContext
-from dmil.controllers.tabular.agents import Agents, classes_of
-from dmil.controllers.tabular.dual_memory_choice import decide_dual_memory
+from dmil.controllers.protocol import MemoryUse, RunContext
+from dmil.controllers.tabular.agents import Agents, Prior, classes_of
+from dmil.controllers.tabular.choice import explores, uniform_action, unseen_action
 from dmil.controllers.tabular.learner import FIRST_CAPACITY, Step, TabularLearner
-from dmil.controllers.tabular.prior import Prior
+from dmil.controllers.tabular.meetings import CHANGE, ROWS, STAGED
 from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.memory import (
+    ABSENT,
     Admission,
     BestTable,
     DualMemory,
     Merged,
+    Scratch,
     ValueTable,
     admission_of,
     average_best,
     best_table_with_room,
     bests_of,
     bytes_used,
+    find_again,
+    find_both,
     give_best,
     give_short,
     import_best,
@@ -36,17 +41,23 @@ from dmil.memory import (
     merged_best,
     merged_values,
     message_bytes,
+    note_found,
     pack,
     pack_admission,
+    recall,
+    recall_nearest,
+    recalled_value,
     remark,
+    remember,
     rows_in_common,
     unpack_admission,
     unpack_bests,
     unpack_values,
     value_table_with_room,
 )
+from dmil.memory.saved import named, part
 from dmil.network import RoadNetwork
-from dmil.symmetry import Embedding
+from dmil.symmetry import Classes, Embedding, embed
 
 
 class DualMemoryController(TabularLearner):
@@ -57,8 +68,6 @@ class DualMemoryController(TabularLearner):
 
     Parameters
     ----------
-    settings
-        See `DualMemorySettings`.
     prior
         What the dummy agent of the training phase learned; the best part is the long-term memory
         to start from.
@@ -93,7 +102,6 @@ class DualMemoryController(TabularLearner):
         return MemoryUse(
             short_term_entries=short_total / agents,
             long_term_entries=long_total / agents,
-            table_entries=0.0,
             msize=(3 * long_total + int(short.rows.size.dot(self._phase_count))) / agents,
             entries_total=short_total
             + (self._stored_once(long.rows.size) if self._sends_long else long_total),
@@ -106,15 +114,10 @@ class DualMemoryController(TabularLearner):
 
     def arrays(self) -> Arrays:
         """Return both memories, and under a cap what was counted, as flat arrays."""
-        parts = {
-            "short": pack(self.memory.short),
-            "long": pack(self.memory.long),
-            "admission": pack_admission(self.memory.admission),
-        }
         packed = {
-            f"{part}.{name}": array
-            for part, arrays in parts.items()
-            for name, array in arrays.items()
+            **named("short", pack(self.memory.short)),
+            **named("long", pack(self.memory.long)),
+            **named("admission", pack_admission(self.memory.admission)),
         }
         return self._with_common(packed)
 
@@ -127,13 +130,11 @@ class DualMemoryController(TabularLearner):
             If the arrays are not those of memories of these agents.
         """
         packed, common = self._without_common(arrays)
-        short = unpack_values(_part(packed, "short"), self.memory.short)
-        long = unpack_bests(_part(packed, "long"), self.memory.long)
+        short = unpack_values(part("short", packed), self.memory.short)
+        long = unpack_bests(part("long", packed), self.memory.long)
         self._check_common(common, long.rows)
         admission = unpack_admission(
-            _part(packed, "admission"),
-            self.settings.long_capacity,
-            long.rows.size,
+            part("admission", packed), self.settings.long_capacity, long.rows.size
         )
         for agent, shape in enumerate(self.agents.shape if self.settings.long_capacity else ()):
             remark(long.rows, admission, self._classes, agent, shape, self._scratch)
@@ -160,7 +161,7 @@ class DualMemoryController(TabularLearner):
         self._common = start.rows.size.copy()
         short = make_value_table(
             agents.shape.size,
-            self.settings.short_capacity,
+            settings.short_capacity,
             self._classes.movement_image.shape[2],
             self._classes.phase_image.shape[2],
             self._classes.tolerance,
@@ -263,14 +264,6 @@ class DualMemoryController(TabularLearner):
                 self._forget_replaced(shape)
 
 
-def _part(arrays: Arrays, name: str) -> Arrays:
-    return {
-        key.removeprefix(f"{name}."): array
-        for key, array in arrays.items()
-        if key.startswith(f"{name}.")
-    }
-
-
 @lru_cache(maxsize=16)
 def starting_bests(
     network: RoadNetwork,
@@ -282,9 +275,8 @@ def starting_bests(
 ) -> tuple[BestTable, Admission]:
     """Return long-term memories with shapes as owners, filled from an exact Q-table (ours).
 
-    With what was counted for their cap.
-
-    The result is shared by all agents that start from the same prior: copy it, never change it.
+    With what was counted for their cap. The result is shared by all agents that start from the same
+    prior: copy it, never change it.
     """
     classes = classes_of(network, embedding)
     shapes, _, places = classes.movement_image.shape
@@ -300,3 +292,50 @@ def starting_bests(
             prior.table, table, classes, shape, staged_ratio, significance, scratch, admission
         )
     return table, admission
+
+
+@kernel
+def decide_dual_memory(
+    classes: Classes, memory: DualMemory, step: Step, found_before: LongArray, scratch: Scratch
+) -> None:
+    """Choose the next actions of all agents and remember Q of the last ones (Algorithm 3).
+
+    Parameters
+    ----------
+    found_before: (agents, 6) int64
+        Where ``key_before`` was found, then where ``key`` was; see `dmil.memory.note_found`.
+    """
+    short_changes, long_changes = memory.short.rows.changes, memory.long.rows.changes
+    for agent in range(step.state.shape[0]):
+        shape = classes.shape[agent]
+        key, key_before = step.key[agent], step.key_before[agent]
+        draws = step.draws[agent]
+        embed(classes, step.state[agent], key)
+        found = find_both(memory, classes, agent, shape, key, scratch)
+        found_with = short_changes[agent], long_changes[agent]
+        step.found_in[(found.short_row != ABSENT) + 2 * (found.long_row != ABSENT)] += 1
+        count = classes.phase_count[shape]
+        if explores(draws, step.epsilon):
+            action = uniform_action(draws[1], count)
+        else:
+            action = recall(memory, classes, agent, shape, found)
+            if action == ABSENT and step.asks_nearest:
+                action = recall_nearest(memory, classes, agent, shape, key, scratch)
+            if action == ABSENT:
+                action = unseen_action(step.fallback[agent], draws[1], count)
+        step.action[agent] = action
+        if not step.learns:
+            note_found(found, found_with[0], found_with[1], found_before[agent])
+            continue
+        following = recalled_value(memory, classes, agent, shape, found, action)
+        last = step.action_before[agent]
+        again = find_again(memory, classes, agent, shape, key_before, found_before[agent], scratch)
+        note_found(found, found_with[0], found_with[1], found_before[agent])
+        before = recalled_value(memory, classes, agent, shape, again, last)
+        error = step.reward[agent] + step.discount * following - before
+        value = before + step.learning_rate * error
+        remember(memory, classes, agent, shape, key_before, again, last, value, scratch)
+        step.news[agent, ROWS] += again.short_row == ABSENT
+        step.news[agent, CHANGE] += abs(value - before)
+        # Staging is what empties short-term memory.
+        step.news[agent, STAGED] += memory.short.rows.size[agent] == 0

@@ -8,13 +8,13 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dmil.controllers.protocol import Arrays, FloatArray, IntArray, RunContext
+from dmil.arrays import Arrays, FloatArray, IntArray
+from dmil.controllers.protocol import RunContext
 from dmil.controllers.rules.phase_choice import PhaseChoice
-from dmil.controllers.tabular.agents import Agents, agents_of, classes_of
+from dmil.controllers.tabular.agents import Agents, Prior, agents_of, classes_of
 from dmil.controllers.tabular.announcements import Announcements
 from dmil.controllers.tabular.choice import DRAWS
 from dmil.controllers.tabular.meetings import NEWS, CentralReply, Meetings, Post
-from dmil.controllers.tabular.prior import Prior
 from dmil.controllers.tabular.settings import LearnerSettings
 from dmil.errors import PolicyError
 from dmil.memory import ABSENT, Merged, Rows, make_scratch
@@ -230,13 +230,7 @@ class TabularLearner(ABC):
         return self._agents
 
     def _stored_once(self, sizes: IntArray) -> int:
-        """Return the rows of all agents, what they share through the central unit counted once.
-
-        Parameters
-        ----------
-        sizes: (agents,) int32
-            Rows of each agent.
-        """
+        """Return how many rows there are, ``sizes`` for each agent, what is shared counted once."""
         stored = int(sizes.sum())
         if self.settings.communication:
             for members, common in zip(self.agents.members, self._common, strict=True):
@@ -248,13 +242,7 @@ class TabularLearner(ABC):
         return {**arrays, COMMON: self._common.copy()}
 
     def _without_common(self, arrays: Arrays) -> tuple[Arrays, IntArray]:
-        """Take apart what `_with_common` put together.
-
-        Raises
-        ------
-        PolicyError
-            If the number of common rows is missing or not one per shape.
-        """
+        """Take apart what `_with_common` put together: PolicyError if it did not."""
         common = arrays.get(COMMON)
         if common is None or common.shape != self._common.shape or common.dtype != np.int32:
             raise PolicyError(
@@ -267,13 +255,7 @@ class TabularLearner(ABC):
         return rest, common.astype(np.int32)
 
     def _check_common(self, common: IntArray, rows: Rows) -> None:
-        """Check that the agents of each shape really have so many leading keys in common.
-
-        Raises
-        ------
-        PolicyError
-            If they have not.
-        """
+        """Check that the agents of each shape have so many leading keys in common, or refuse it."""
         for members, count in zip(self.agents.members, common.tolist(), strict=True):
             keys = rows.keys[members, : max(count, 0)]
             if not 0 <= count <= rows.size[members].min() or (keys != keys[:1]).any():

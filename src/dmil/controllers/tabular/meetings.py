@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dmil.controllers.protocol import FloatArray, IntArray
+from dmil.arrays import FloatArray, IntArray
 from dmil.controllers.tabular.settings import DualMemorySettings, LearnerSettings
 from dmil.memory import Merged
 

@@ -6,13 +6,13 @@ from functools import lru_cache
 
 import numpy as np
 
+from dmil.arrays import Arrays, IntArray
 from dmil.compilation import TypedOnce, kernel
-from dmil.controllers.protocol import Arrays, IntArray, MemoryUse, RunContext
-from dmil.controllers.tabular.agents import Agents, classes_of
+from dmil.controllers.protocol import MemoryUse, RunContext
+from dmil.controllers.tabular.agents import Agents, Prior, classes_of
 from dmil.controllers.tabular.choice import explores, greedy_action, uniform_action, unseen_action
 from dmil.controllers.tabular.learner import FIRST_CAPACITY, Step, TabularLearner
 from dmil.controllers.tabular.meetings import CHANGE, ROWS
-from dmil.controllers.tabular.prior import Prior
 from dmil.controllers.tabular.settings import SarsaSettings
 from dmil.memory import (
     ABSENT,
@@ -48,8 +48,6 @@ class SarsaController(TabularLearner):
 
     Parameters
     ----------
-    settings
-        See `SarsaSettings`.
     prior
         What the dummy agent of the training phase learned, to start from.
     """
@@ -82,8 +80,6 @@ class SarsaController(TabularLearner):
         table, sizes = self.table, self.table.rows.size
         entries = sizes[self._owner]
         return MemoryUse(
-            short_term_entries=0.0,
-            long_term_entries=0.0,
             table_entries=int(entries.sum()) / entries.size,
             msize=int(entries.dot(self._phase_count)) / entries.size,
             entries_total=int(sizes.sum()) if self.settings.shared else self._stored_once(sizes),
@@ -192,14 +188,8 @@ def decide_sarsa(
 
     Parameters
     ----------
-    classes, table
-        Equivalence classes and Q-tables.
     owner: (agents,) int32
         Whose table an agent uses.
-    step
-        See `Step`.
-    scratch
-        Working space.
     """
     for agent in range(owner.shape[0]):
         mine, shape = owner[agent], classes.shape[agent]

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from dmil.controllers.parameters import Settings
 from dmil.interpretations import mark
 
 LARGEST_CAPACITY = 100_000
 """Largest cap on a memory: what is allocated at once for every agent."""
 
 
-class LearnerSettings(BaseModel):
+class LearnerSettings(Settings):
     """What all tabular learners share."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     embedding: str = Field(
         default="exact", description="How states share entries: a named embedding."

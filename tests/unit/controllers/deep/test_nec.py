@@ -6,7 +6,7 @@ import torch
 
 from dmil.controllers import RunContext, make_controller
 from dmil.controllers.deep.nec import NecController
-from dmil.controllers.deep.q_network import features
+from dmil.controllers.deep.network import features
 from dmil.controllers.deep.settings import NecSettings
 from dmil.errors import DivergedError, PolicyError
 from dmil.network import grid

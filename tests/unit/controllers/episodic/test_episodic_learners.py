@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dmil.controllers import RunContext, make_controller
-from dmil.controllers.episodic.returns import ReturnWindow, best_tried
+from dmil.controllers.episodic.by_shape import ReturnWindow, best_tried
 from dmil.errors import DivergedError, PolicyError
 from dmil.network import grid
 from dmil.rewards import make_reward

@@ -17,7 +17,7 @@ from dmil.scenarios import QueueDynamics, Scenario, SignalTiming, scenario
 from dmil.seeding import stream
 from dmil.simulation import QueueSimulator
 from dmil.training import vehicles_of_seed
-from dmil.training.evaluation import evaluate
+from dmil.training.phases import evaluate
 
 TIMINGS = {
     "paper": SignalTiming(),

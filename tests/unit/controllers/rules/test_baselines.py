@@ -8,12 +8,12 @@ from dmil.controllers import make_controller
 from dmil.controllers.protocol import Controller, RunContext
 from dmil.controllers.rules.baselines import (
     FixedCycleController,
+    FixedCycleSettings,
     LongestQueueFirstController,
     MaxPressureController,
     RandomController,
     covering_phases,
 )
-from dmil.controllers.rules.settings import FixedCycleSettings
 from dmil.errors import InputError
 from dmil.network import Program, Stage, grid
 from dmil.scenarios import SignalTiming

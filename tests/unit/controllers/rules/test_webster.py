@@ -27,7 +27,7 @@ from dmil.scenarios import QueueDynamics, SignalTiming, scenario
 from dmil.seeding import stream
 from dmil.simulation import Observation, QueueSimulator
 from dmil.training import vehicles_of_seed
-from dmil.training.evaluation import evaluate
+from dmil.training.phases import evaluate
 
 EW_F, EW_L, NS_F, NS_L, E_FL, N_FL, W_FL, S_FL = range(8)
 
