@@ -42,7 +42,7 @@ class PlainClasses:
         for start in range(0, len(key) if keys else 0, places):
             moved = key[start : start + places][self.place_before]
             off = np.abs(known[:, np.newaxis, start : start + places] - moved)
-            for row, variant in zip(*(off.max(2) <= self.embedding.tolerance).nonzero()):
+            for row, variant in np.argwhere(off.max(2) <= self.embedding.tolerance).tolist():
                 candidates.append((start, off[row, variant].sum(), row, variant))
         if not candidates:
             return None, self.actions[0]
