@@ -70,6 +70,19 @@ class Witness:
         if not holds:
             self.fail(rule, found, expected)
 
+    def expect_same(
+        self,
+        rule: StrEnum,
+        before: object,
+        after: object,
+        name: str,
+        found: str = "asked twice, {}",
+        expected: str = "equal answers",
+    ) -> None:
+        """Raise a `ConformanceError` if two values differ; ``{}`` is where, see `difference`."""
+        change = difference(before, after, name)
+        self.expect(change is None, rule, found.format(change), expected)
+
     @contextmanager
     def no_exception(self, rule: StrEnum, call: str) -> Iterator[None]:
         """Turn any exception of the part that is checked into a broken rule."""
@@ -87,8 +100,9 @@ class Witness:
         before = copy.deepcopy(given)
         yield
         for name, value in given.items():
-            change = difference(before[name], value, name)
-            self.expect(change is None, rule, f"it changed {change}", f"{name} is only read")
+            self.expect_same(
+                rule, before[name], value, name, "it changed {}", f"{name} is only read"
+            )
 
     @contextmanager
     def no_global_chance(self, rule: StrEnum) -> Iterator[None]:
