@@ -20,7 +20,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from dmil.cli.help import CommandGroup
+from dmil.cli.help import Command, CommandGroup
 from dmil.cli.terminal import print_error, print_json, say
 from dmil.errors import DmilError
 from dmil.importing import only
@@ -68,8 +68,11 @@ class LazyGroup(CommandGroup):
         if name in COMMANDS:
             if name in WORK and not {"--help", "-h", "--print-config"} & set(args):
                 start_worker_server(WORK[name])  # it imports while this process still does
-            module = importlib.import_module(f"dmil.cli.{name}")
-            command = typer.main.get_command(module.app)
+            made = getattr(importlib.import_module(f"dmil.cli.{name}"), name)
+            group = made if isinstance(made, typer.Typer) else typer.Typer(add_completion=False)
+            if group is not made:
+                group.command(cls=Command)(made)
+            command = typer.main.get_command(group)
         return name, command, rest
 
     def invoke(self, ctx: Any) -> Any:

@@ -10,17 +10,13 @@ from typing import Annotated
 import typer
 
 from dmil.benchmarks.figures import SpeedFigure
-from dmil.cli.help import Command
 from dmil.cli.options import Debug, Json
 from dmil.cli.terminal import print_json, progress, show, table, waiting
-
-app = typer.Typer(add_completion=False)
 
 SUMO_PACKAGES = ("libsumo", "sumo", "sumo_rl")
 """What the figures beside SUMO need."""
 
 
-@app.command(cls=Command)
 def bench(
     against: Annotated[
         Path | None,

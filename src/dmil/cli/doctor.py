@@ -11,7 +11,6 @@ import typer
 from dmil.cli.application import FAILED
 from dmil.cli.doctor_tables import intersection_text
 from dmil.cli.doctor_text import demand_text, findings_text, network_text
-from dmil.cli.help import Command
 from dmil.cli.options import OUTPUT, Debug, Json
 from dmil.cli.parameters import split
 from dmil.cli.terminal import print_json, say, show
@@ -24,15 +23,12 @@ from dmil.scenarios.sumo_files import Routing
 SCENARIO = "Scenario"
 ELLIPSIS = "…"
 
-app = typer.Typer(add_completion=False)
-
 
 def _scenario(metavar: str, help: str, min: int | None = None) -> Any:
     most = None if min is None else LONGEST_RUN_S
     return typer.Option(metavar=metavar, help=help, rich_help_panel=SCENARIO, min=min, max=most)
 
 
-@app.command(cls=Command)
 def doctor(
     files: Annotated[
         list[str] | None,

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import typer
-
 from dmil.cli.building import built, compile_first, say_stand_ins, stopping
 from dmil.cli.choices import SCENARIO_OPTIONS, SIMULATOR_OPTIONS, scenario_command, with_scenario_of
 from dmil.cli.contenders import EvaluateParameters, contenders_of
@@ -18,7 +16,6 @@ from dmil.cli.evaluate_table import (
     comparison_table,
     ranking_table,
 )
-from dmil.cli.help import Command
 from dmil.cli.parameters import Option, options
 from dmil.cli.terminal import print_json, progress, results, say, show, waiting
 from dmil.errors import InputError
@@ -44,10 +41,7 @@ OPTIONS = (
     Option("csv", "--csv", "Output", "FILE"),
 )
 
-app = typer.Typer(add_completion=False)
 
-
-@app.command(cls=Command)
 @scenario_command("evaluate", EvaluateParameters, OPTIONS)
 def evaluate(settings: EvaluateParameters, json: bool) -> None:
     """Compare controllers and trained policies on the same vehicles.

@@ -8,14 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import polars as pl
-import typer
 from pydantic import Field
 
 from dmil.cli.building import built, compile_first
 from dmil.cli.choices import SCENARIO_OPTIONS, SimulatorChoice, scenario_command, with_scenario_of
 from dmil.cli.controller_choice import ControllerOrPolicy, controller_options
 from dmil.cli.export_plan import write_plans
-from dmil.cli.help import Command
 from dmil.cli.measures import number
 from dmil.cli.parameters import Option, options
 from dmil.cli.terminal import print_json, say, show, waiting
@@ -64,10 +62,7 @@ OPTIONS = (
     *options("Output", "plan_length_s --plans; network; out FOLDER"),
 )
 
-app = typer.Typer(add_completion=False)
 
-
-@app.command(cls=Command)
 @scenario_command("export", ExportParameters, OPTIONS)
 def export(settings: ExportParameters, json: bool) -> None:
     """Export what a controller did, as signal programs for SUMO and as a table of signal events.

@@ -7,14 +7,10 @@ from typing import Annotated
 
 import typer
 
-from dmil.cli.help import Command
 from dmil.cli.options import Debug, Json
 from dmil.cli.terminal import print_json, show, waiting
 
-app = typer.Typer(add_completion=False)
 
-
-@app.command(cls=Command)
 def report(
     folder: Annotated[
         Path, typer.Argument(metavar="DIR", help="Folder of a finished study.", show_default=False)

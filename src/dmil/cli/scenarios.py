@@ -8,7 +8,6 @@ from typing import Annotated, Any
 
 import typer
 
-from dmil.cli.help import Command
 from dmil.cli.options import Debug, Json
 from dmil.cli.terminal import entries, print_json, show
 from dmil.controllers.tabular.agents import agents_of
@@ -16,10 +15,7 @@ from dmil.scenarios import Scenario, scenario_names
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.training import vehicles_of_seed
 
-app = typer.Typer(add_completion=False)
 
-
-@app.command(cls=Command)
 def scenarios(
     name: Annotated[
         str | None,

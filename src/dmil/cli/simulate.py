@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import polars as pl
-import typer
 from pydantic import Field
 from rich.table import Table
 
@@ -20,7 +19,6 @@ from dmil.cli.choices import (
     with_scenario_of,
 )
 from dmil.cli.controller_choice import ControllerOrPolicy, controller_options
-from dmil.cli.help import Command
 from dmil.cli.measures import UNFINISHED, number
 from dmil.cli.parameters import Option
 from dmil.cli.terminal import print_json, say, show, table
@@ -72,10 +70,7 @@ OPTIONS = (
     Option("record", "--record", "Output", "FOLDER"),
 )
 
-app = typer.Typer(add_completion=False)
 
-
-@app.command(cls=Command)
 @scenario_command("simulate", SimulateParameters, OPTIONS)
 def simulate(settings: SimulateParameters, json: bool) -> None:
     """Run one controller on one scenario and print what was measured.

@@ -146,10 +146,10 @@ MEMORIES_OPTIONS = (
 )
 
 
-app = typer.Typer(cls=CommandGroup, add_completion=False, invoke_without_command=True)
+study = typer.Typer(cls=CommandGroup, add_completion=False, invoke_without_command=True)
 
 
-@app.callback()
+@study.callback()
 def _studies(ctx: typer.Context) -> None:
     """Run a whole study and write its report.
 
@@ -162,7 +162,7 @@ def _studies(ctx: typer.Context) -> None:
         ctx.get_help()
 
 
-@app.command(cls=Command)
+@study.command(cls=Command)
 @settings_command("study memories", MemoriesParameters, MEMORIES_OPTIONS)
 def memories(settings: MemoriesParameters, json: bool) -> None:
     """Run the study of memories: every controller, on grids and cities, under one protocol.
@@ -185,13 +185,13 @@ def memories(settings: MemoriesParameters, json: bool) -> None:
     Ctrl-C keeps finished runs; repeat the command to continue. All results except times are
     byte-identical for any number of processes.
     """
-    study = settings.study
-    if study.data is None and not study.cells:
+    chosen = settings.study
+    if chosen.data is None and not chosen.cells:
         say(NO_CITIES)
-    run_and_show(MemoriesStudy(study), settings, json)
+    run_and_show(MemoriesStudy(chosen), settings, json)
 
 
-@app.command(cls=Command)
+@study.command(cls=Command)
 @settings_command("study paper", StudyParameters, OPTIONS)
 def paper(settings: StudyParameters, json: bool) -> None:
     """Run the paper's study: 24 architectures of memory and reward, and the baselines.
@@ -219,7 +219,7 @@ def paper(settings: StudyParameters, json: bool) -> None:
     run_and_show(PaperStudy(part_of(settings, PaperStudySettings)), settings, json)
 
 
-@app.command(cls=Command)
+@study.command(cls=Command)
 @settings_command("study resco", RescoParameters, RESCO_OPTIONS)
 def resco(settings: RescoParameters, json: bool) -> None:
     """Run the study on the RESCO benchmark: real roads, evaluated in SUMO.

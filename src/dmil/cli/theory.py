@@ -10,7 +10,6 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from dmil.cli.help import Command
 from dmil.cli.measures import number
 from dmil.cli.options import Debug, Json
 from dmil.cli.terminal import print_json, say, show, table
@@ -25,8 +24,6 @@ from dmil.theory import (
     worst_case_limit,
 )
 
-app = typer.Typer(add_completion=False)
-
 CHOICE = "Choice"
 _MARKS = {True: ("yes", "green"), False: ("no", "red"), None: ("?", "dim")}
 
@@ -37,7 +34,6 @@ def _choice(flag: str, meaning: str, default: object, metavar: str = "N") -> Any
     )
 
 
-@app.command(cls=Command)
 def theory(
     actions: Annotated[int, _choice("--actions", "|A|: actions of an agent.", 8)] = 8,
     staged_ratio: Annotated[

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import typer
 from pydantic import Field
 
 from dmil.cli.application import StoppedError
@@ -20,7 +19,6 @@ from dmil.cli.choices import (
     scenario_command,
 )
 from dmil.cli.controller_choice import ControllerChoice, controller_options
-from dmil.cli.help import Command
 from dmil.cli.measures import number
 from dmil.cli.parameters import Option, options
 from dmil.cli.terminal import print_json, say, show, waiting
@@ -100,10 +98,7 @@ OPTIONS = (
     Option("log", "--log", "Output", "FILE"),
 )
 
-app = typer.Typer(add_completion=False)
 
-
-@app.command(cls=Command)
 @scenario_command("train", TrainParameters, OPTIONS)
 def train(settings: TrainParameters, json: bool) -> None:
     """Train a controller and save its policy to a file.
