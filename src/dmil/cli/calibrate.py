@@ -9,15 +9,15 @@ import numpy as np
 from pydantic import Field
 from rich.table import Table
 
-from dmil.cli.building import built, compile_first
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
+    built,
+    compile_first,
     recipe_of,
     scenario_command,
 )
-from dmil.cli.measures import number
 from dmil.cli.parameters import Option
-from dmil.cli.terminal import print_json, progress, say, show, table, waiting
+from dmil.cli.terminal import number, print_json, progress, say, show, table, waiting
 from dmil.errors import InputError
 from dmil.scenarios import Scenario
 from dmil.scenarios.calibration import Calibration

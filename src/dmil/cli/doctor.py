@@ -10,8 +10,7 @@ from typing import Annotated, Any, get_args
 import typer
 
 from dmil.cli.application import FAILED
-from dmil.cli.doctor_tables import intersection_text
-from dmil.cli.doctor_text import demand_text, findings_text, network_text
+from dmil.cli.doctor_text import demand_text, findings_text, intersection_text, network_text
 from dmil.cli.options import OUTPUT, Debug, Json, option
 from dmil.cli.parameters import split
 from dmil.cli.terminal import print_json, say, show

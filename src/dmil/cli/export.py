@@ -10,13 +10,18 @@ from typing import Any
 import polars as pl
 from pydantic import Field
 
-from dmil.cli.building import built, compile_first
-from dmil.cli.choices import SCENARIO_OPTIONS, SimulatorChoice, scenario_command, with_scenario_of
+from dmil.cli.choices import (
+    SCENARIO_OPTIONS,
+    SimulatorChoice,
+    built,
+    compile_first,
+    scenario_command,
+    with_scenario_of,
+)
 from dmil.cli.controller_choice import ControllerOrPolicy, controller_options
 from dmil.cli.export_plan import write_plans
-from dmil.cli.measures import number
 from dmil.cli.parameters import Option, options
-from dmil.cli.terminal import print_json, say, show, waiting
+from dmil.cli.terminal import number, print_json, say, show, waiting
 from dmil.controllers import CONTROLLERS, make_controller
 from dmil.controllers.variants import Variant
 from dmil.errors import InputError

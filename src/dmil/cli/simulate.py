@@ -9,19 +9,20 @@ import polars as pl
 from pydantic import Field
 from rich.table import Table
 
-from dmil.cli.building import built, compile_first, say_stand_ins
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS,
     RewardChoice,
     SimulatorChoice,
+    built,
+    compile_first,
+    say_stand_ins,
     scenario_command,
     with_scenario_of,
 )
 from dmil.cli.controller_choice import ControllerOrPolicy, controller_options
-from dmil.cli.measures import UNFINISHED, number
 from dmil.cli.parameters import Option
-from dmil.cli.terminal import print_json, say, show, table
+from dmil.cli.terminal import UNFINISHED, number, print_json, say, show, table
 from dmil.errors import InputError, OutputError
 from dmil.experiments.trial import run_row
 from dmil.results.metrics import METRICS, RUN_TABLE

@@ -10,7 +10,7 @@ import typer
 from pydantic import BaseModel, Field
 
 from dmil.cli.application import FAILED
-from dmil.cli.building import stopping
+from dmil.cli.choices import stopping
 from dmil.cli.parameters import JOBS, Option, options
 from dmil.cli.terminal import Progress, print_json, progress, say, show, show_lines, waiting
 from dmil.compilation import is_cold

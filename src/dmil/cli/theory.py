@@ -9,9 +9,8 @@ from typing import Annotated, Any
 from rich.table import Table
 from rich.text import Text
 
-from dmil.cli.measures import number
 from dmil.cli.options import OUTPUT, Debug, Json, option
-from dmil.cli.terminal import print_json, say, show, table
+from dmil.cli.terminal import number, print_json, say, show, table
 from dmil.theory import (
     STATEMENTS,
     Condition,

@@ -9,19 +9,20 @@ from typing import Any
 from pydantic import Field
 
 from dmil.cli.application import StoppedError
-from dmil.cli.building import built, compile_first, stopping
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS,
     RewardChoice,
     SimulatorChoice,
+    built,
+    compile_first,
     recipe_of,
     scenario_command,
+    stopping,
 )
 from dmil.cli.controller_choice import ControllerChoice, controller_options
-from dmil.cli.measures import number
 from dmil.cli.parameters import Option, options
-from dmil.cli.terminal import print_json, say, show, waiting
+from dmil.cli.terminal import number, print_json, say, show, waiting
 from dmil.cli.train_verdict import as_json, judged, verdict
 from dmil.controllers import CONTROLLERS, MemoryController, make_controller
 from dmil.errors import InputError

@@ -7,20 +7,21 @@ from typing import Any
 
 from pydantic import Field
 
-from dmil.cli.building import built, compile_first, stopping
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS,
     RewardChoice,
     SimulatorChoice,
+    built,
+    compile_first,
     complete_scenario,
     recipe_of,
     scenario_command,
+    stopping,
 )
 from dmil.cli.controller_choice import Controllers, controller_options
-from dmil.cli.measures import number
 from dmil.cli.parameters import JOBS, Option, options, part_of
-from dmil.cli.terminal import print_json, progress, say, show
+from dmil.cli.terminal import number, print_json, progress, say, show
 from dmil.controllers.variants import Variant
 from dmil.errors import InputError
 from dmil.experiments.tuning import Tuned, TuningSettings, check_tuning, planned_tuning

@@ -17,7 +17,7 @@ import numpy as np
 
 from dmil.controllers.entry import Choice, Range
 from dmil.errors import MissingExtraError
-from dmil.experiments.tuning.settings import FACTOR, RUNGS
+from dmil.experiments.tuning.record import FACTOR, RUNGS
 from dmil.experiments.tuning.spaces import Space
 
 AT_ONCE = FACTOR ** (RUNGS - 1)

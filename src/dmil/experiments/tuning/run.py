@@ -16,9 +16,15 @@ from dmil.errors import InputError, OutputError
 from dmil.experiments.comparison import CALLS, has_same_demand
 from dmil.experiments.study import Progress, run_trials
 from dmil.experiments.tuning.halving import Candidate, Values, halve, library_version
-from dmil.experiments.tuning.record import Score, TrialRecord, Tuned, read_tuned, save_tuned
+from dmil.experiments.tuning.record import (
+    Score,
+    TrialRecord,
+    Tuned,
+    TuningSettings,
+    read_tuned,
+    save_tuned,
+)
 from dmil.experiments.tuning.scoring import Judge, TuningTrial
-from dmil.experiments.tuning.settings import TuningSettings
 from dmil.experiments.tuning.spaces import as_json, defaults, search_space
 from dmil.files import held
 from dmil.parallel import Executor

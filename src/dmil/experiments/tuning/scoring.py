@@ -11,8 +11,7 @@ from dmil.controllers.variants import Variant
 from dmil.errors import DivergedError
 from dmil.experiments.comparison import place_of
 from dmil.experiments.contender import frozen_copy
-from dmil.experiments.tuning.record import Tuned
-from dmil.experiments.tuning.settings import TuningSettings
+from dmil.experiments.tuning.record import Tuned, TuningSettings
 from dmil.rewards import make_reward
 from dmil.training import evaluate, train, vehicles_of_seed
 
