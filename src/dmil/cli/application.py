@@ -116,10 +116,7 @@ class LazyGroup(CommandGroup):
 def named_parts(arguments: Sequence[str]) -> set[str]:
     """Return the import paths on a command line: naming them allows running them.
 
-    Parameters
-    ----------
-    arguments
-        What was typed. The name of a scenario, such as ``cityflow:FOLDER``, is none.
+    The name of a scenario, such as ``cityflow:FOLDER``, is none.
     """
     scenarios = {k + 1 for k, argument in enumerate(arguments) if argument == SCENARIO}
     return {
@@ -134,13 +131,8 @@ def named_parts(arguments: Sequence[str]) -> set[str]:
 def exit_code(run: Callable[[], Any], arguments: Sequence[str]) -> int:
     """Run a command line; turn every end of it into messages and an exit code.
 
-    Parameters
-    ----------
-    run
-        Runs it; returns an exit code or None.
-    arguments
-        What was typed: an error before the options are understood also honours ``--json`` and
-        ``--debug``.
+    What was typed is there because an error before the options are understood also honours
+    ``--json`` and ``--debug``.
     """
     try:
         code = run()

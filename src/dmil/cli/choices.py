@@ -129,13 +129,7 @@ class RewardChoice(BaseModel):
     )
 
     def make_reward(self) -> Reward:
-        """Make it.
-
-        Raises
-        ------
-        InputError
-            If there is none of that name, or it does not have the constants that are given.
-        """
+        """Make it; an `InputError` if there is none of that name, or it has no such constants."""
         return make_reward(self.reward, self.reward_constants)
 
 
@@ -165,15 +159,7 @@ def recipe_of(settings: ScenarioRecipe) -> ScenarioRecipe:
 def files_as_settings(files: Sequence[str]) -> dict[str, Any]:
     """Return which parts of a scenario the files are that stand behind a command.
 
-    Parameters
-    ----------
-    files
-        See `dmil.doctor.read_case`.
-
-    Raises
-    ------
-    InputError
-        If they are not what makes a scenario.
+    For what they may be see `dmil.doctor.read_case`; an `InputError` if they make no scenario.
     """
     from dmil.doctor.arguments import SumoFilesGiven, sort_arguments
 
@@ -220,12 +206,8 @@ def scenario_command(
 ) -> Callable[[Callable[[Any, bool], None]], Callable[..., None]]:
     """Turn a function of settings with a scenario into a command, see `settings_command`.
 
-    Parameters
-    ----------
-    name, kind, options
-        The command.
-    complete
-        What the program would fill in later; by default all of scenario and controllers.
+    ``complete`` says what the program would fill in later; by default all of scenario and
+    controllers.
     """
 
     def completed(settings: Any) -> Any:

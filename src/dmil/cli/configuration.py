@@ -36,10 +36,7 @@ _SHORTER = {
 def read_file(path: Path, kind: type[BaseModel]) -> Values:
     """Read a TOML file whose keys are the fields of ``kind``, tables for those that nest.
 
-    Raises
-    ------
-    InputError
-        If the file cannot be read, is no TOML, or has an unknown key.
+    An `InputError` if the file cannot be read, is no TOML, or has an unknown key.
     """
     where = str(path)
     try:
@@ -106,23 +103,10 @@ def merge(below: Values, above: Mapping[str, Any]) -> Values:
 
 
 def validated(kind: type[Model], values: Values, places: Mapping[str, str], file: str) -> Model:
-    """Make settings from values, with one clear error.
+    """Make settings from values, or an `InputError` naming the first value that cannot be used.
 
-    Parameters
-    ----------
-    kind
-        Class of the settings.
-    values
-        Values of its fields.
-    places
-        Path of a field, such as ``timing.clearance_s``, to the option it was given by.
-    file
-        Where everything else comes from.
-
-    Raises
-    ------
-    InputError
-        Naming the first value that cannot be used.
+    ``places`` has the path of a field, such as ``timing.clearance_s``, to the option it was given
+    by; everything else comes from the file.
     """
     try:
         return kind(**values)
@@ -184,15 +168,7 @@ def _shown(value: Any) -> str:
 
 
 def as_toml(settings: BaseModel, title: str) -> str:
-    """Write settings as TOML, every key with its meaning; unset ones as comments.
-
-    Parameters
-    ----------
-    settings
-        What to write.
-    title
-        First line, a comment.
-    """
+    """Write settings as TOML below a title, every key with its meaning; unset ones commented."""
     lines = [f"# {title}", *_table(settings, "")]
     return "\n".join(lines) + "\n"
 
@@ -270,23 +246,10 @@ def field_at(kind: type[BaseModel], path: str) -> FieldInfo:
 
 
 def checked_field(kind: type[BaseModel], path: str, *, where: str, above: str = "") -> FieldInfo:
-    """Return the field at a dotted path that a user gave.
+    """Return the field at a dotted path that a user gave to an option.
 
-    Parameters
-    ----------
-    kind
-        Class of the settings.
-    path
-        Such as ``timing.clearance_s``.
-    where
-        Option it was given to, for errors.
-    above
-        Path of the table that ``kind`` is.
-
-    Raises
-    ------
-    InputError
-        If there is no such field, or the path goes on behind a value or stops at a table.
+    ``above`` is the path of the table that ``kind`` is. An `InputError` if there is no such field,
+    or the path goes on behind a value or stops at a table.
     """
     name, _, rest = path.partition(".")
     if kind.model_config.get("extra") == "allow" and name not in kind.model_fields and not rest:

@@ -25,13 +25,7 @@ DEFAULT_CONTROLLER = "max-pressure"
 
 
 def controller_options(many: bool) -> tuple[Option, ...]:
-    """Return the options that name a controller and change its settings.
-
-    Parameters
-    ----------
-    many
-        Whether several controllers can be named.
-    """
+    """Return the options that name a controller, or many, and change its settings."""
     panel = "Controllers" if many else "Controller"
 
     def named(given: Any) -> Any:
@@ -126,10 +120,7 @@ class ControllerOrPolicy(BaseModel):
     def load_policy(self, mend: str = "leave out --policy or --controller") -> Policy | None:
         """Read the policy where one is given.
 
-        Raises
-        ------
-        InputError
-            It cannot be read, or another controller is named, too.
+        An `InputError` if it cannot be read, or another controller is named, too.
         """
         policy = load_policy(self.policy) if self.policy else None
         if policy and self.controller.name not in (DEFAULT_CONTROLLER, policy.controller):
@@ -205,14 +196,9 @@ class EvaluateParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
 
 
 def baselines_of(scenario: Scenario, simulator: str) -> tuple[str, ...]:
-    """Return who stands beside by default.
+    """Return who stands beside by default: on a network from files its own plan, or a fixed cycle.
 
-    Parameters
-    ----------
-    scenario
-        Where: on a network from files its own plan, or a fixed cycle where it has none.
-    simulator
-        Only SUMO can show a plan under actuated control.
+    Only SUMO can show a plan under actuated control.
     """
     if scenario.name.startswith(GRID):
         return GRID_BASELINES
@@ -230,10 +216,7 @@ def contenders_of(
 ) -> tuple[list[Contender], str]:
     """Return everyone who runs, each with a label of its own, and the reference's label.
 
-    Raises
-    ------
-    InputError
-        There is no such controller, or a tuned file or the reference cannot be used.
+    An `InputError` if there is no such controller, or a tuned file or the reference cannot be used.
     """
     made: dict[str, Contender] = {}
 

@@ -94,13 +94,7 @@ def _plan(item: IntersectionFacts, rows: Sequence[IntersectionFacts]) -> list[st
 
 
 def percent(share: float | None) -> Text:
-    """Return a degree of saturation, coloured if it is high.
-
-    Parameters
-    ----------
-    share
-        1 is all that can be served; None if it is not known.
-    """
+    """Return a degree of saturation, 1 for all that can be served, coloured if it is high."""
     if share is None:
         return Text("–")
     style = "bold red" if share > FULL else "yellow" if share > BUSY else ""

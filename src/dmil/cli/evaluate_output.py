@@ -45,12 +45,7 @@ def notes_of(
 ) -> list[str]:
     """Return how the numbers are to be read, a sentence or two each.
 
-    Parameters
-    ----------
-    settings, found, scenario
-        The command's, what came out, and where.
-    others
-        Policies that were trained elsewhere, as they are to be named.
+    ``others`` are the policies that were trained elsewhere, as they are to be named.
     """
     notes = [UNFINISHED]
     several = len(found.seeds) > 1
@@ -131,13 +126,7 @@ def unfair(scenario: Scenario, labels: Sequence[str]) -> str:
 
 
 def write_seeds(path: Path, found: Comparison) -> None:
-    """Write every run as a row of a CSV: its measures, and what locked first in it.
-
-    Raises
-    ------
-    OutputError
-        It cannot be written.
-    """
+    """Write every run as a row of a CSV: its measures, and what locked first in it."""
     rows = []
     for k, seed in enumerate(found.seeds):
         for i, label in enumerate(found.labels):
@@ -211,15 +200,7 @@ SPREAD = "median IQM worst"
 
 
 def ranking_table(found: Comparison, name: str) -> Table:
-    """Return one metric of all contenders: how it varies over seeds, and the differences.
-
-    Parameters
-    ----------
-    found
-        The comparison, ranked.
-    name
-        Which metric.
-    """
+    """Return one metric of all contenders: how it varies over seeds, and the differences."""
     metric = METRICS[name]
     several = len(found.seeds) > 1 and not found.one_day
     mean, spread = found.mean(name), found.spread(name)
@@ -252,12 +233,7 @@ def _name_lines(label: str) -> list[str]:
 def comparison_table(found: Comparison, columns: range) -> Table:
     """Return means, intervals, how they vary over seeds, and differences to the reference.
 
-    Parameters
-    ----------
-    found
-        The comparison.
-    columns
-        Which of its contenders, as many as the terminal has room for.
+    ``columns`` are those contenders that the terminal has room for.
     """
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=0)
     table.add_column("", width=LABEL_WIDTH, no_wrap=True)

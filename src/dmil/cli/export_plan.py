@@ -24,23 +24,11 @@ def write_plans(
     net_file: Path,
     begin_s: int,
 ) -> None:
-    """Write mean cycles as SUMO's programs, once they are checked.
+    """Write mean cycles of intersections, from some seconds of the run on, as SUMO's programs.
 
     Yellow, all-red and least greens are those of the run, or of the network's own plans where
-    these are longer; so are the offsets, and the phase that a cycle begins with.
-
-    Parameters
-    ----------
-    file
-        Where to.
-    plans
-        (second of the run, cycle of every intersection).
-    network, timing, signals
-        The roads, what controllers kept, and how SUMO shows the phases.
-    net_file
-        The network as SUMO reads it; its matrices say which greens conflict.
-    begin_s
-        SUMO's second that is second 0.
+    these are longer; so are the offsets, and the phase that a cycle begins with. The matrices of
+    ``net_file`` say which greens conflict; ``begin_s`` is SUMO's second that is second 0.
 
     Raises
     ------

@@ -46,10 +46,7 @@ RUNNING = (
 def run_and_show(study: Study[Any], settings: Any, as_json: bool) -> None:
     """Run a study with progress, write its report, and say what came out.
 
-    Raises
-    ------
-    StoppedError
-        At Ctrl-C, which ends it with what is finished.
+    Ctrl-C ends it with what is finished, by a `StoppedError`.
     """
     started = time.perf_counter()
     _run(study, settings)

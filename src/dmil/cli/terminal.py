@@ -87,12 +87,7 @@ def _plain(value: Any) -> Any:
 def progress(what: str, *, first_word: str = "") -> Iterator[Progress]:
     """Show how far something is: a bar with the time left, or a line every 10 % without a terminal.
 
-    Parameters
-    ----------
-    what
-        What is counted, such as "runs".
-    first_word
-        What is going on until the first one is finished.
+    ``what`` is counted, such as "runs"; the first word says what goes on until one is finished.
     """
     if messages().is_terminal:
         with _bar(what, first_word) as advance:
@@ -176,12 +171,7 @@ def waiting(text: str) -> Iterator[None]:
 def table(*heads: str, padding: tuple[int, ...] = (0, 1, 0, 0)) -> Table:
     """Return a table to be filled.
 
-    Parameters
-    ----------
-    heads
-        ``>`` before one stands for numbers at the right, ``!`` for words that are not broken.
-    padding
-        See `rich.table.Table`.
+    ``>`` before a head stands for numbers at the right, ``!`` for words that are not broken.
     """
     from rich import box
     from rich.table import Table
@@ -220,11 +210,6 @@ def own_or_s(seconds: int | None) -> str:
 def number(value: float, digits: int, sign: str = "") -> str:
     """Return a number with a true minus sign, or a dash where there is none.
 
-    Parameters
-    ----------
-    value, digits
-        What to write, and how exactly.
-    sign
-        "+" for a sign before positive numbers, too.
+    The sign "+" stands for a sign before positive numbers, too.
     """
     return "–" if value != value else f"{value:{sign}.{digits}f}".replace("-", "−")

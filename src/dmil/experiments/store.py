@@ -27,14 +27,9 @@ Trial = TypeVar("Trial")
 
 
 class StudyStore:
-    """One study in one folder; use it as a context manager.
+    """One study in one folder, made if missing; use it as a context manager.
 
-    Parameters
-    ----------
-    folder
-        Where; made if missing.
-    identity
-        What the study is, as JSON: a folder with another one is refused.
+    The identity is JSON that says what the study is: a folder with another one is refused.
 
     Raises
     ------

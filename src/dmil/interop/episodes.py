@@ -65,13 +65,7 @@ class Episodes:
 
     @property
     def observation(self) -> Observation:
-        """What is seen now.
-
-        Raises
-        ------
-        InputError
-            If there has been no reset yet.
-        """
+        """What is seen now; an `InputError` before the first reset."""
         if self._observation is None:
             raise InputError(
                 "no episode has begun", where=self.scenario.name, mend="call reset first"
@@ -93,11 +87,7 @@ class Episodes:
         self._waited_veh_s = np.zeros(len(self.ids), np.int64)
 
     def advance(self, actions: Sequence[Any]) -> npt.NDArray[np.float64]:
-        """Show one phase per intersection for an interval; return the rewards.
-
-        Returns
-        -------
-        rewards: (intersections,) float64
+        """Show one phase per intersection for an interval; return the (intersections,) rewards.
 
         Raises
         ------

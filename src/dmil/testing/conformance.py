@@ -50,12 +50,7 @@ class ConformanceError(AssertionError):
 class Witness:
     """Says what is checked and where, so that a rule is checked in one line.
 
-    Attributes
-    ----------
-    subject: str
-        Name of what is checked.
-    where: str
-        Place, kept up to date by whoever checks.
+    The place is kept up to date by whoever checks.
     """
 
     subject: str
@@ -120,12 +115,7 @@ class Witness:
 def difference(before: object, after: object, name: str) -> str | None:
     """Say where two values differ in type, shape or number; None if nowhere.
 
-    Parameters
-    ----------
-    before, after
-        Numbers, arrays, and mappings, sequences and data classes of them.
-    name
-        What to call them.
+    They are numbers, arrays, or mappings, sequences and data classes of them, under a name.
     """
     if type(before) is not type(after):
         return f"{name}: {type(before).__name__} became {type(after).__name__}"

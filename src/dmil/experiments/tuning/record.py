@@ -193,26 +193,14 @@ class Tuned(BaseModel):
         return self.trials[trial].mean if self.trials else None
 
     def difference(self, *, relative: bool) -> Estimate:
-        """Return leader minus defaults on the check's seeds, with its paired interval.
-
-        Parameters
-        ----------
-        relative
-            As a part of the defaults' mean.
-        """
+        """Return leader minus defaults on the check's seeds, as a part of these if relative."""
         rng = stream(0, "bootstrap", "tuning")
         leader, usual = (self.check(trial)[:, None] for trial in (self.leader, 0))
         return paired_difference(leader, usual, rng, relative=relative)
 
 
 def save_tuned(tuned: Tuned, path: Path) -> None:
-    """Write a tuning, finished or not.
-
-    Raises
-    ------
-    OutputError
-        The file cannot be written.
-    """
+    """Write a tuning, finished or not; an `OutputError` if the file cannot be written."""
     head = {"format": FORMAT, "version": FORMAT_VERSION}
     body = tuned.model_dump(mode="json")
     trials = body.pop("trials")
@@ -279,13 +267,7 @@ def load_tuned_folder(folder: Path) -> list[Tuned]:
 
 
 def read_tuned(path: Path) -> Tuned:
-    """Read a tuning, finished or not.
-
-    Raises
-    ------
-    InputError
-        The file is missing, damaged, or of another version.
-    """
+    """Read a tuning, finished or not; an `InputError` if it is missing, damaged or too new."""
     where = str(path)
     expected = "a file that dmil tune wrote"
     try:
