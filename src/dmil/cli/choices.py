@@ -98,10 +98,7 @@ SCENARIO_OPTIONS = (
     ),
 )
 
-SIMULATOR_OPTIONS = (
-    Option("simulator", "--simulator", "Simulator"),
-    Option("emissions", "--emissions", "Simulator"),
-)
+SIMULATOR_OPTIONS = options("Simulator", "simulator; emissions")
 
 
 class SimulatorChoice(BaseModel):

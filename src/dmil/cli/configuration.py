@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import textwrap
 import tomllib
 import types
 import typing
@@ -121,7 +122,7 @@ def validated(kind: type[Model], values: Values, places: Mapping[str, str], file
         option = " and ".join(flag for way, flag in places.items() if way.startswith(f"{path}."))
     where = option or ": ".join(part for part in (file, path) if part)
     if first["type"] == "literal_error":
-        known = _choices(kind, steps)
+        known = list(_literals(field_at(kind, path).annotation))
         raise unknown_name(steps[-1].removesuffix("s"), str(first["input"]), known, where=where)
     if not steps:
         # A check of several values names them itself; the input would be all there is.
@@ -145,14 +146,6 @@ def _expected(message: str) -> str:
     for long, short in _SHORTER.items():
         message = message.replace(long, short)
     return message
-
-
-def _choices(kind: type[BaseModel], steps: list[str]) -> list[str]:
-    field = kind.model_fields[steps[0]]
-    inner = _nested(field)
-    if inner is not None and len(steps) > 1:
-        return _choices(inner, steps[1:])
-    return list(_literals(field.annotation))
 
 
 def _literals(annotation: Any) -> Iterator[str]:
@@ -192,12 +185,8 @@ def _table(settings: BaseModel, name: str) -> Iterator[str]:
 
 
 def _comment(text: str) -> list[str]:
-    lines, width = [""], 98
-    for word in text.split():
-        if len(lines[-1]) + len(word) > width:
-            lines.append("")
-        lines[-1] += f" {word}"
-    return [f"#{line}" for line in lines if line]
+    lines = textwrap.wrap(text, 98, break_long_words=False, break_on_hyphens=False)
+    return [f"# {line}" for line in lines]
 
 
 def pair(key: str, value: Any) -> str:

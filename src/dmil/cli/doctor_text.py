@@ -40,11 +40,11 @@ def intersection_text(item: IntersectionFacts) -> Iterator[RenderableType]:
         lines["own program"] = _program(item)
     if item.load:
         lines["load"] = _load_text(item)
-    yield inside(entries(lines))
+    yield indented(entries(lines))
     yield ""
-    yield inside(_approaches(item))
+    yield indented(_approaches(item))
     yield ""
-    yield inside(_phases(item))
+    yield indented(_phases(item))
     yield ""
 
 
@@ -172,13 +172,8 @@ def short(name: str) -> str:
     return name if len(name) <= LONGEST_ID else f"{name[: LONGEST_ID - 1]}…"
 
 
-def inside(part: RenderableType) -> Padding:
+def indented(part: RenderableType, columns: int = 2) -> Padding:
     """Move a part in below its headline."""
-    return indented(part, 2)
-
-
-def indented(part: RenderableType, columns: int) -> Padding:
-    """Move a part in."""
     return Padding(part, (0, 0, 0, columns), expand=False)
 
 
@@ -197,11 +192,11 @@ def network_text(diagnosis: Diagnosis, everything: bool) -> Iterator[RenderableT
     facts, case = diagnosis.network, diagnosis.case
     yield Text(shown(case.name), "bold")
     if case.files:
-        yield inside(Text(", ".join(path.name for path in case.files), "dim"))
+        yield indented(Text(", ".join(path.name for path in case.files), "dim"))
     yield ""
     shapes = counted(facts.shapes, "shape")
     yield Text("Network", "bold")
-    yield inside(
+    yield indented(
         entries(
             {
                 "roads": f"{counted(facts.links, 'link')}, {facts.road_km:.1f} km "
@@ -216,7 +211,7 @@ def network_text(diagnosis: Diagnosis, everything: bool) -> Iterator[RenderableT
     yield ""
     rows = diagnosis.intersections
     yield Text("Intersections", "bold")
-    yield inside(by_shape(rows) if len(rows) > MOST_ROWS and not everything else one_each(rows))
+    yield indented(by_shape(rows) if len(rows) > MOST_ROWS and not everything else one_each(rows))
     if everything or len(rows) <= DETAILED:
         yield ""
         for each in rows:
@@ -230,12 +225,12 @@ def demand_text(diagnosis: Diagnosis) -> Iterator[RenderableType]:
     traffic, case = diagnosis.traffic, diagnosis.case
     yield Text("Demand", "bold")
     if traffic is None:
-        yield inside(Text("no vehicles; also give route files"))
+        yield indented(Text("no vehicles; also give route files"))
         yield ""
         return
     minutes = traffic.bar_s // 60
     drawn = " (drawn at random; these are of seed 0)" if traffic.random else ""
-    yield inside(
+    yield indented(
         entries(
             {
                 "vehicles": f"{traffic.vehicles:,}, from {_time(traffic.first_s)} to "
@@ -275,7 +270,7 @@ def _kind_text(
     severity: Severity, kind: str, group: list[Finding], everything: bool
 ) -> Iterator[RenderableType]:
     times = f" × {len(group)}" if len(group) > 1 else ""
-    yield inside(Text.assemble((severity, _COLOUR[severity]), "  ", (f"{kind}{times}", "bold")))
+    yield indented(Text.assemble((severity, _COLOUR[severity]), "  ", (f"{kind}{times}", "bold")))
     shown = group if everything else group[:MOST_EXAMPLES]
     mends = {each.mend for each in shown}
     for each in shown:

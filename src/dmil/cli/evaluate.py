@@ -47,8 +47,7 @@ OPTIONS = (
     Option("baselines", "--baselines", "Controllers"),
     Option("reference", "--reference", "Controllers", "NAME"),
     *options("Test", "learn; epsilon; reward; seeds; seed; jobs"),
-    Option("report", "--report", "Output", "FILE"),
-    Option("csv", "--csv", "Output", "FILE"),
+    *options("Output", "report FILE; csv FILE"),
 )
 
 

@@ -205,32 +205,23 @@ def settings_command(
                 return
             function(settings, json)
 
-        shared = {
-            "trust": Trust,
-            "config": Config,
-            "print_config": PrintConfig,
-            "json": Json,
-            "debug": Debug,
-        }
-        annotations = {option.name: option.annotation(kind) for option in options} | shared
-        if files is not None:
-            annotations = {"files": FILES, **annotations}
-        defaults = {"print_config": False, "json": False, "debug": False}
-        signature = inspect.Signature(
-            [
-                inspect.Parameter(
-                    parameter,
-                    inspect.Parameter.KEYWORD_ONLY,
-                    default=defaults.get(parameter),
-                    annotation=annotation,
-                )
-                for parameter, annotation in annotations.items()
-            ]
-        )
+        annotations: dict[str, Any] = {} if files is None else {"files": FILES}
+        annotations |= {option.name: option.annotation(kind) for option in options}
+        annotations |= {"trust": Trust, "config": Config}
+        flags = {"print_config": PrintConfig, "json": Json, "debug": Debug}
+        parameters = [
+            inspect.Parameter(
+                parameter,
+                inspect.Parameter.KEYWORD_ONLY,
+                default=False if parameter in flags else None,
+                annotation=annotation,
+            )
+            for parameter, annotation in (annotations | flags).items()
+        ]
         command.__name__ = function.__name__
         command.__doc__ = function.__doc__
-        command.__annotations__ = annotations
-        command.__signature__ = signature  # type: ignore[attr-defined]
+        command.__annotations__ = annotations | flags
+        command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
         return command
 
     return decorate

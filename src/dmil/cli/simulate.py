@@ -21,7 +21,7 @@ from dmil.cli.choices import (
     with_scenario_of,
 )
 from dmil.cli.controller_choice import ControllerOrPolicy, controller_options
-from dmil.cli.parameters import Option
+from dmil.cli.parameters import options
 from dmil.cli.terminal import UNFINISHED, number, print_json, say, show, table
 from dmil.errors import InputError, OutputError
 from dmil.experiments.trial import run_row
@@ -63,12 +63,9 @@ OPTIONS = (
     *SCENARIO_OPTIONS,
     *SIMULATOR_OPTIONS,
     *controller_options(many=False),
-    Option("policy", "--policy", "Controller", "FILE"),
-    Option("reward", "--reward", "Controller"),
-    Option("seed", "--seed", "Runs"),
-    Option("seeds", "--seeds", "Runs"),
-    Option("series", "--series", "Output", "FILE"),
-    Option("record", "--record", "Output", "FOLDER"),
+    *options("Controller", "policy FILE; reward"),
+    *options("Runs", "seed; seeds"),
+    *options("Output", "series FILE; record FOLDER"),
 )
 
 

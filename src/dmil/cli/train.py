@@ -94,9 +94,7 @@ OPTIONS = (
     *controller_options(many=False),
     Option("tuned", "--tuned", "Controller", "FILE"),
     *options("Training", "reward; episodes; seed; prior; resume FILE"),
-    Option("compare", "--compare", "Output"),
-    Option("out", "--out", "Output", "FILE"),
-    Option("log", "--log", "Output", "FILE"),
+    *options("Output", "compare; out FILE; log FILE"),
 )
 
 
@@ -143,7 +141,7 @@ def train(settings: TrainParameters, json: bool) -> None:
     compile_first()
     if before is not None:
         controller = controller_of(before, scenario.network, where=str(settings.resume))
-    elif settings.prior and _begins_from_prior(settings.controller.name):
+    elif settings.prior and getattr(CONTROLLERS.get(settings.controller.name), "from_prior", False):
         with waiting("pretraining the Q-table"):
             announced = bool(options.get("announced", False))
             prior = train_prior(
@@ -242,10 +240,6 @@ def _resumed(settings: TrainParameters, policy: Policy, where: str) -> TrainPara
                 expected="the same, or none: only --episodes, --out and --log can be new",
             )
     return trained.model_copy(update={name: getattr(settings, name) for name in new})
-
-
-def _begins_from_prior(name: str) -> bool:
-    return name in CONTROLLERS and CONTROLLERS[name].from_prior
 
 
 def _as_tuned(settings: TrainParameters, path: Path) -> TrainParameters:
