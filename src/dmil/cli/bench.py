@@ -5,11 +5,13 @@ from __future__ import annotations
 import importlib.util
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-from dmil.benchmarks.figures import SpeedFigure
 from dmil.cli.options import Debug, Json, option
 from dmil.cli.terminal import print_json, progress, show, table, waiting
+
+if TYPE_CHECKING:
+    from dmil.benchmarks.figures import SpeedFigure
 
 SUMO_PACKAGES = ("libsumo", "sumo", "sumo_rl")
 """What the figures beside SUMO need."""

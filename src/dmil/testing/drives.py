@@ -92,10 +92,11 @@ class Drive:
         self._check_observation(shown)
         self._check_measures(shown, counted)
 
-    def to_the_end(self, phases: PhaseArray) -> None:
+    def to_the_end(self, phases: PhaseArray) -> Drive:
         """Show (decisions, intersections) int32 phases one decision after the other."""
         for choice in phases:
             self.advance(choice)
+        return self
 
     def advance(self, phases: PhaseArray) -> None:
         """Show phases for one interval."""
