@@ -69,10 +69,10 @@ class LazyGroup(CommandGroup):
             if name in WORK and not {"--help", "-h", "--print-config"} & set(args):
                 start_worker_server(WORK[name])  # it imports while this process still does
             made = getattr(importlib.import_module(f"dmil.cli.{name}"), name)
-            group = made if isinstance(made, typer.Typer) else typer.Typer(add_completion=False)
-            if group is not made:
-                group.command(cls=Command)(made)
-            command = typer.main.get_command(group)
+            if not isinstance(made, typer.Typer):
+                function, made = made, typer.Typer(add_completion=False)
+                made.command(cls=Command)(function)
+            command = typer.main.get_command(made)
         return name, command, rest
 
     def invoke(self, ctx: Any) -> Any:

@@ -139,9 +139,10 @@ def train(settings: TrainParameters, json: bool) -> None:
     # A row may be in the log whose policy is not saved yet: --resume writes it anew.
     log = [TrainingLog(settings.log, done)] if settings.log else []
     compile_first()
+    entry = CONTROLLERS.get(settings.controller.name)
     if before is not None:
         controller = controller_of(before, scenario.network, where=str(settings.resume))
-    elif settings.prior and getattr(CONTROLLERS.get(settings.controller.name), "from_prior", False):
+    elif settings.prior and entry is not None and entry.from_prior:
         with waiting("pretraining the Q-table"):
             announced = bool(options.get("announced", False))
             prior = train_prior(

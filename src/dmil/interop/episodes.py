@@ -166,7 +166,9 @@ class Episodes:
 
     def close(self) -> None:
         """End the simulator; may be called more than once."""
-        getattr(self.simulator, "close", lambda: None)()
+        close = getattr(self.simulator, "close", None)
+        if close:
+            close()
 
 
 class OfEpisodes:
