@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import groupby
 
-from rich import box
 from rich.console import RenderableType
 from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from dmil.cli.terminal import entries, own_or_s
+from dmil.cli.terminal import entries, own_or_s, table
 from dmil.doctor import Diagnosis, Finding, IntersectionFacts
 from dmil.doctor.kind import Severity
 from dmil.doctor.traffic import PEAK_S
@@ -21,6 +21,9 @@ from dmil.scenarios.names import shown
 LONGEST_ID, ROADS_WIDTH = 21, 15
 FULL, BUSY = 1.0, 0.85
 """Degrees of saturation from which on a load is red, and yellow."""
+FIGURES = (">moves", ">phases", ">sym")
+_folded = partial(table, overflow="fold")
+_packed = partial(_folded, padding=(0, 0, 0, 0))
 _LETTER = {"right": "R", "straight": "F", "left": "L", "uturn": "U"}
 
 
@@ -50,25 +53,23 @@ def intersection_text(item: IntersectionFacts) -> Iterator[RenderableType]:
 
 def one_each(rows: Sequence[IntersectionFacts]) -> Table:
     """Return one row for every intersection."""
-    table = _table("id", "shape", "roads in", "moves", "phases", "sym", *_plan_heads(rows), gap=0)
-    table.columns[2].min_width = min(ROADS_WIDTH, max(len(_lanes(item)) for item in rows))
+    made = _packed("!id", "!shape", "roads in", *FIGURES, *_plan_heads(rows))
+    made.columns[2].min_width = min(ROADS_WIDTH, max(len(_lanes(item)) for item in rows))
     for item in rows:
-        table.add_row(short(item.id), item.shape, _lanes(item), *_figures(item), *_plan(item, rows))
-    return table
+        made.add_row(short(item.id), item.shape, _lanes(item), *_figures(item), *_plan(item, rows))
+    return made
 
 
 def by_shape(rows: Sequence[IntersectionFacts]) -> Table:
     """Return one row for every shape, with its busiest intersection."""
-    table = _table(
-        "shape", "number", "such as", "moves", "phases", "sym", *_plan_heads(rows), gap=0
-    )
+    made = _packed("!shape", ">number", "!such as", *FIGURES, *_plan_heads(rows))
     for shape in dict.fromkeys(item.shape for item in rows):
         same = [item for item in rows if item.shape == shape]
         busiest = max(same, key=lambda item: item.load.degree if item.load else 0.0)
-        table.add_row(
+        made.add_row(
             shape, str(len(same)), short(busiest.id), *_figures(busiest), *_plan(busiest, rows)
         )
-    return table
+    return made
 
 
 def _figures(item: IntersectionFacts) -> tuple[str, str, str]:
@@ -76,19 +77,19 @@ def _figures(item: IntersectionFacts) -> tuple[str, str, str]:
 
 
 def _plan_heads(rows: Sequence[IntersectionFacts]) -> list[str]:
-    heads = ["cycle"] if any(item.program_kind for item in rows) else []
+    heads = [">cycle"] if any(item.program_kind for item in rows) else []
     if any(item.load for item in rows):
-        heads += ["load"]
+        heads += [">load"]
         if any(item.load and item.load.program_degree is not None for item in rows):
-            heads += ["plan"]
+            heads += [">plan"]
     return heads
 
 
 def _plan(item: IntersectionFacts, rows: Sequence[IntersectionFacts]) -> list[str | Text]:
     cells: dict[str, str | Text] = {
-        "cycle": f"{item.cycle_s:.0f} s" if item.program_kind else "–",
-        "load": percent(item.load.degree if item.load else None),
-        "plan": percent(item.load.program_degree if item.load else None),
+        ">cycle": f"{item.cycle_s:.0f} s" if item.program_kind else "–",
+        ">load": percent(item.load.degree if item.load else None),
+        ">plan": percent(item.load.program_degree if item.load else None),
     }
     return [cells[head] for head in _plan_heads(rows)]
 
@@ -107,26 +108,26 @@ def _lanes(item: IntersectionFacts) -> str:
 
 
 def _approaches(item: IntersectionFacts) -> Table:
-    table = _table("from", "link", "lanes", "length", "turns (lanes)")
+    made = _folded("!from", "!link", ">lanes", ">length", "turns (lanes)")
     for each in item.approaches:
         turns = ", ".join(f"{_LETTER[turn]} {lanes}" for turn, lanes in each.turns)
-        table.add_row(each.name, short(each.link), str(each.lanes), f"{each.length_m:.0f} m", turns)
-    return table
+        made.add_row(each.name, short(each.link), str(each.lanes), f"{each.length_m:.0f} m", turns)
+    return made
 
 
 def _phases(item: IntersectionFacts) -> Table:
-    heads = ["phase", "serves"]
-    heads += ["green"] if item.program_kind else []
-    heads += ["vehicles", "time needed"] if item.load else []
-    table = _table(*heads)
+    heads = [">phase", "serves"]
+    heads += [">green"] if item.program_kind else []
+    heads += [">vehicles", ">time needed"] if item.load else []
+    made = _folded(*heads)
     for index, phase in enumerate(item.phases):
         row: list[str | Text] = [str(index), phase.name]
         if item.program_kind:
             row.append("–" if phase.planned_green_s is None else f"{phase.planned_green_s:g} s")
         if item.load:
             row += [str(phase.vehicles), percent(phase.load)]
-        table.add_row(*row)
-    return table
+        made.add_row(*row)
+    return made
 
 
 def _program(item: IntersectionFacts) -> str:
@@ -151,20 +152,6 @@ def _load_text(item: IntersectionFacts) -> str:
         f"{item.vehicles} vehicles pass; degree of saturation in the busiest 15 min "
         f"{percent(item.load.degree).plain}{planned}"
     )
-
-
-def _table(*heads: str, gap: int = 1) -> Table:
-    left = ("id", "roads in", "such as", "from", "link", "serves", "turns (lanes)", "shape")
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, gap, 0, 0))
-    for head in heads:
-        flows = head in ("serves", "turns (lanes)", "roads in")
-        table.add_column(
-            head,
-            justify="left" if head in left else "right",
-            no_wrap=not flows,
-            overflow="fold",
-        )
-    return table
 
 
 def short(name: str) -> str:

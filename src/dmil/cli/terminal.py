@@ -168,7 +168,11 @@ def waiting(text: str) -> Iterator[None]:
         yield
 
 
-def table(*heads: str, padding: tuple[int, ...] = (0, 1, 0, 0)) -> Table:
+def table(
+    *heads: str,
+    padding: tuple[int, ...] = (0, 1, 0, 0),
+    overflow: Literal["ellipsis", "fold"] = "ellipsis",
+) -> Table:
     """Return a table to be filled.
 
     ``>`` before a head stands for numbers at the right, ``!`` for words that are not broken.
@@ -179,7 +183,8 @@ def table(*heads: str, padding: tuple[int, ...] = (0, 1, 0, 0)) -> Table:
     made = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=padding)  # type: ignore[arg-type]
     for head in heads:
         justify: Literal["left", "right"] = "right" if head.startswith(">") else "left"
-        made.add_column(head.lstrip(">!"), justify=justify, no_wrap=head.startswith((">", "!")))
+        whole = head.startswith((">", "!"))
+        made.add_column(head.lstrip(">!"), justify=justify, no_wrap=whole, overflow=overflow)
     return made
 
 
