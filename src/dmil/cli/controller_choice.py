@@ -25,7 +25,7 @@ DEFAULT_CONTROLLER = "max-pressure"
 
 
 def controller_options(many: bool) -> tuple[Option, ...]:
-    """Return the options that name a controller, or many, and change its settings."""
+    """Return the options that name one controller, or many, and change its settings."""
     panel = "Controllers" if many else "Controller"
 
     def named(given: Any) -> Any:

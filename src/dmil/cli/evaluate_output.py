@@ -126,7 +126,10 @@ def unfair(scenario: Scenario, labels: Sequence[str]) -> str:
 
 
 def write_seeds(path: Path, found: Comparison) -> None:
-    """Write every run as a row of a CSV: its measures, and what locked first in it."""
+    """Write every run as a row of a CSV: its measures, and what locked first in it.
+
+    An `OutputError` if it cannot be written.
+    """
     rows = []
     for k, seed in enumerate(found.seeds):
         for i, label in enumerate(found.labels):

@@ -24,11 +24,12 @@ def write_plans(
     net_file: Path,
     begin_s: int,
 ) -> None:
-    """Write mean cycles of intersections, from some seconds of the run on, as SUMO's programs.
+    """Write mean cycles as SUMO's programs, once they are checked.
 
     Yellow, all-red and least greens are those of the run, or of the network's own plans where
-    these are longer; so are the offsets, and the phase that a cycle begins with. The matrices of
-    ``net_file`` say which greens conflict; ``begin_s`` is SUMO's second that is second 0.
+    these are longer; so are the offsets, and the phase that a cycle begins with. Plans are (second
+    of the run, cycle of every intersection); the matrices of ``net_file`` say which greens conflict;
+    ``begin_s`` is SUMO's second that is second 0.
 
     Raises
     ------

@@ -201,7 +201,7 @@ def _rounded(values: Range | Choice, value: Any) -> Any:
 
 
 def library_version() -> str:
-    """Return which version of Optuna proposes candidates; an error where there is none."""
+    """Return which version of Optuna proposes candidates; a `MissingExtraError` without."""
     return f"optuna {_optuna().__version__}"
 
 

@@ -267,7 +267,7 @@ def load_tuned_folder(folder: Path) -> list[Tuned]:
 
 
 def read_tuned(path: Path) -> Tuned:
-    """Read a tuning, finished or not; an `InputError` if it is missing, damaged or too new."""
+    """Read a tuning, finished or not; an `InputError` if damaged or of another version."""
     where = str(path)
     expected = "a file that dmil tune wrote"
     try:
