@@ -196,9 +196,10 @@ class EvaluateParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
 
 
 def baselines_of(scenario: Scenario, simulator: str) -> tuple[str, ...]:
-    """Return who stands beside by default: on a network from files its own plan, or a fixed cycle.
+    """Return who stands beside by default.
 
-    Only SUMO can show a plan under actuated control.
+    On a network from files that is its own plan, or a fixed cycle where it has none; only SUMO can
+    show a plan under actuated control.
     """
     if scenario.name.startswith(GRID):
         return GRID_BASELINES

@@ -28,8 +28,8 @@ def write_plans(
 
     Yellow, all-red and least greens are those of the run, or of the network's own plans where
     these are longer; so are the offsets, and the phase that a cycle begins with. Plans are (second
-    of the run, cycle of every intersection); the matrices of ``net_file`` say which greens conflict;
-    ``begin_s`` is SUMO's second that is second 0.
+    of the run, cycle of every intersection); the matrices of ``net_file`` say which greens
+    conflict; ``begin_s`` is SUMO's second that is second 0.
 
     Raises
     ------

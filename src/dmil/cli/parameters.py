@@ -149,8 +149,8 @@ def options(panel: str, fields: str) -> tuple[Option, ...]:
 def set_option(panel: str, *, help: str, example: str, path: str = "") -> Option:
     """Return the option ``--set``: keys without a dot belong to the table ``path``.
 
-    By default these are the settings themselves. ``help`` is what is said of such keys; of keys with
-    a dot, such as the example with its value, it is said here.
+    By default these are the settings themselves. ``help`` is what is said of such keys; of keys
+    with a dot, such as the example with its value, it is said here.
     """
     whole = f"{help} With a dot: any value of --print-config, such as {example}. May be repeated."
     return Option(path, SET, panel, "KEY=VALUE", many=True, help=whole, assigns=True)
