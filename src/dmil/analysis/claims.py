@@ -99,18 +99,16 @@ def judge(relation: Relation, threshold: float, low: float, high: float) -> Outc
     """
     if np.isnan(low) or np.isnan(high):
         return "open"
-    if relation == "within":
-        if -threshold <= low and high <= threshold:
-            return "shown"
-        return "opposite" if low > threshold or high < -threshold else "open"
-    if relation == "not below":
-        return "opposite" if high < threshold else "shown"
-    if relation == "not above":
-        return "opposite" if low > threshold else "shown"
     below, above = high < threshold, low > threshold
-    if relation == "above":
-        below, above = above, below
-    return "shown" if below else "opposite" if above else "open"
+    inside = -threshold <= low and high <= threshold
+    shown, opposite = {
+        "below": (below, above),
+        "above": (above, below),
+        "within": (inside, above or high < -threshold),
+        "not below": (not below, below),
+        "not above": (not above, above),
+    }[relation]
+    return "shown" if shown else "opposite" if opposite else "open"
 
 
 def undecided(evidence: Sequence[Evidence[Compared]]) -> str | None:

@@ -26,16 +26,8 @@ def interval_columns(
 ) -> dict[str, pl.Series]:
     """Return an estimate as three columns.
 
-    Parameters
-    ----------
-    found
-        The estimate.
-    value
-        Name of the column of its values.
-    ends
-        Names of those of its ends: ``{}`` stands for low and high.
-    factor
-        100 for %.
+    ``value`` names that of its values, ``ends`` those of its ends, where ``{}`` stands for low and
+    high; the factor is 100 for %.
     """
     named = {value: found.value, ends.format("low"): found.low, ends.format("high"): found.high}
     return {name: as_column(factor * values) for name, values in named.items()}
@@ -56,12 +48,7 @@ def seed_means(values: Values, axis: int = 0) -> Values:
 def by_seed(runs: pl.DataFrame, on: str, measure: str) -> tuple[list[int], Values]:
     """Return the values of a column, ascending, and a measure as (seeds, values).
 
-    Parameters
-    ----------
-    runs
-        Rows with ``seed``, ``on`` (whole numbers, such as episodes) and ``measure``.
-    on, measure
-        Names of columns.
+    Runs are rows with ``seed``, ``on`` (whole numbers, such as episodes) and the measure.
     """
     wide = runs.sort("seed", on).pivot(on=on, index="seed", values=measure).drop("seed")
     numbers = sorted(map(int, wide.columns))
@@ -72,15 +59,7 @@ def by_seed(runs: pl.DataFrame, on: str, measure: str) -> tuple[list[int], Value
 def learning_curve(
     runs: pl.DataFrame, on: str, measure: str, rng: np.random.Generator
 ) -> tuple[list[int], Values, Estimate]:
-    """Return what `by_seed` does, and the mean over seeds with its interval at each of the values.
-
-    Parameters
-    ----------
-    runs, on, measure
-        See `by_seed`.
-    rng
-        Source of the resamples.
-    """
+    """Return what `by_seed` does, and the mean over seeds at each value with its interval."""
     numbers, values = by_seed(runs, on, measure)
     return numbers, values, mean_interval(values, rng, resamples=CURVE_RESAMPLES)
 
@@ -101,16 +80,8 @@ def ranking(
 ) -> tuple[list[Values], Estimate, Estimate]:
     """Return how all columns stand to one of them over all tasks (Agarwal et al., NeurIPS 2021).
 
-    Parameters
-    ----------
-    tasks
-        (seeds, columns) each; lower is better.
-    bases
-        The (seeds, 1) of the reference.
-    reference
-        Its number; None if it was not run.
-    rng
-        Source of the resamples.
+    Tasks are (seeds, columns) each, lower is better; bases are the (seeds, 1) of the reference,
+    whose number is None if it was not run.
 
     Returns
     -------

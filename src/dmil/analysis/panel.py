@@ -63,14 +63,8 @@ def on_axes(
 ) -> Callable[..., NDArray[Any]]:
     """Return what arranges a column of runs on axes: ``array(name, missing=nan)``.
 
-    Parameters
-    ----------
-    runs
-        All runs.
-    axes
-        Name of each axis to its values, in order.
-    columns
-        The value of each run on an axis that is no column of the runs.
+    Axes are names to values, in order; ``columns`` has the value of each run on an axis that is no
+    column of the runs.
     """
     at = tuple(
         np.array([places[value] for value in columns.get(axis, runs.get_column(axis, default=[]))])
@@ -95,20 +89,7 @@ def _places(values: Sequence[Any]) -> dict[Any, int]:
 
 
 def check_success(runs: pl.DataFrame, results: Results) -> None:
-    """Check that some run of a study succeeded.
-
-    Parameters
-    ----------
-    runs
-        All runs.
-    results
-        Where they are from.
-
-    Raises
-    ------
-    InputError
-        None did.
-    """
+    """Check that some run of a study succeeded; an `InputError` if none did."""
     if (runs["status"] == "ok").any():
         return
     reason = f"; the first failed with: {runs['status'][0]}" if runs.height else ""
@@ -122,23 +103,9 @@ def check_success(runs: pl.DataFrame, results: Results) -> None:
 def check_distinct(
     runs: pl.DataFrame, place: Sequence[str], results: Results, *, shared: str, mend: str
 ) -> None:
-    """Check that no two runs stand in the same place.
+    """Check that no two runs stand in the same place, told by some columns; an `InputError` if so.
 
-    Parameters
-    ----------
-    runs
-        Rows with the columns of ``place``.
-    place
-        Columns that tell runs apart.
-    results
-        Where they are from.
-    shared, mend
-        What two runs should not share, such as "cell and seed"; what to do about it.
-
-    Raises
-    ------
-    InputError
-        Two do.
+    ``shared`` is what two runs should not share, such as "cell and seed", ``mend`` what to do.
     """
     twice = runs.filter(pl.struct(place).is_duplicated())
     if twice.height:

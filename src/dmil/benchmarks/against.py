@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 import os
-import statistics
 import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 import dmil
@@ -44,15 +44,8 @@ def figures_against(
 ) -> list[Against]:
     """Measure this version and another one in turns; figures that only one has are left out.
 
-    Parameters
-    ----------
-    folder
-        A checkout of the other version, or the folder that its package ``dmil`` lies in. It runs
-        with the packages that are installed here.
-    rounds
-        How often both are measured.
-    progress
-        Called with the finished measurements and all.
+    The folder is a checkout of the other version, or what its package ``dmil`` lies in. It runs
+    with the packages that are installed here.
 
     Raises
     ------
@@ -99,14 +92,7 @@ def _measured(source: Path) -> dict[str, dict[str, Any]]:
 
 
 def _compared(name: str, here: list[dict[str, Any]], there: list[dict[str, Any]]) -> Against:
-    pairs = [(one["value"], other["value"]) for one, other in zip(here, there, strict=True)]
-    ratios = sorted(one / other for one, other in pairs)
-    return Against(
-        name,
-        here[0]["unit"],
-        statistics.median(one for one, _ in pairs),
-        statistics.median(other for _, other in pairs),
-        statistics.median(ratios),
-        ratios[0],
-        ratios[-1],
-    )
+    mine, theirs = ([each["value"] for each in measured] for measured in (here, there))
+    ratios = [one / other for one, other in zip(mine, theirs, strict=True)]
+    unit, extremes = here[0]["unit"], (min(ratios), max(ratios))
+    return Against(name, unit, median(mine), median(theirs), median(ratios), *extremes)

@@ -28,15 +28,7 @@ MEAN_QUEUE_VEH, MEAN_APPROACHING_VEH = 1.0, 0.5
 
 
 def city_figures(*, side: int = SIDE, decisions: int = DECISIONS) -> list[SpeedFigure]:
-    """Measure the factored memory's decision, learning included.
-
-    Parameters
-    ----------
-    side
-        Intersections on each side of the city.
-    decisions
-        How many are measured; the figures are medians.
-    """
+    """Measure the factored memory's decision, learning included; figures are medians."""
     figures = []
     for signals, timing in (("", SignalTiming()), (" with clearance", SignalTiming(clearance_s=3))):
         name = f"factored memory's decision for {side * side} intersections{signals}"

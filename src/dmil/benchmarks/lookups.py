@@ -8,24 +8,23 @@ keys of the simple one, asked for in all four of them.
 
 from __future__ import annotations
 
-from statistics import median
 from time import perf_counter
 
 import numpy as np
 import numpy.typing as npt
 
-from dmil.benchmarks.figures import SpeedFigure
+from dmil.benchmarks.figures import Decisions, SpeedFigure, pair
 from dmil.compilation import kernel
-from dmil.controllers import RunContext
 from dmil.controllers.tabular.agents import classes_of
 from dmil.controllers.tabular.sarsa import SarsaController
 from dmil.controllers.tabular.settings import SarsaSettings
 from dmil.memory import ABSENT, Rows, Scratch, append, look_up, make_rows, make_scratch
-from dmil.rewards import REWARDS
+from dmil.rewards import diffusion
 from dmil.scenarios import scenario
 from dmil.seeding import stream
 from dmil.simulation import QueueSimulator
 from dmil.symmetry import EMBEDDINGS, Classes, Embedding, embed, vary
+from dmil.training import run
 
 IntArray = npt.NDArray[np.int32]
 FloatArray = npt.NDArray[np.float64]
@@ -47,16 +46,7 @@ def lookup_figures(
     """Measure look-ups in compiled code; the scan must give the same answers.
 
     From a state to its row: the embedding's arithmetic is part of the time. Each round measures
-    look-up and scan one after the other.
-
-    Parameters
-    ----------
-    keys
-        Keys in the table.
-    episodes
-        How many to take states from, the last for the questions.
-    rounds
-        How many times each is measured; the figures are medians.
+    look-up and scan one after the other; figures are medians. The last episode is for questions.
     """
     states = visited_states(episodes)
     known, questions = np.split(states, [-len(states) // episodes])
@@ -70,34 +60,22 @@ def lookup_figures(
     ):
         rows = filled_rows(classes_of(SCENARIO.network, keyed), known, keys)
         classes = classes_of(SCENARIO.network, asked)
-        times_s = _measure(rows, classes, questions, rounds)
-        figures += _figures(f"{name} at {keys} keys", times_s, unit)
+        look_ups, scans = (_measure(rows, classes, questions, rounds) * PER_S[unit]).tolist()
+        called = f"{name} at {keys} keys"
+        figures += pair(called, look_ups, unit, f"{called}, by a scan", scans)
     return figures
 
 
 def visited_states(episodes: int) -> IntArray:
-    """Return the states of all intersections at all decisions of some episodes.
-
-    Returns
-    -------
-    states: (decisions of all agents, movements) int32
-    """
-    network, seen = SCENARIO.network, []
-    simulator = QueueSimulator(SCENARIO)
+    """Return the (decisions of all agents, movements) int32 states met in some episodes."""
+    simulator, met = QueueSimulator(SCENARIO), Decisions()
     for episode in range(episodes):
         controller = SarsaController(SarsaSettings(embedding="simple", epsilon_decay=0.95))
         rng = stream(episode, "benchmark", "demand")
-        vehicles = SCENARIO.demand.vehicles(network, SCENARIO.horizon_s, rng)
-        controller.reset(
-            RunContext(network, SCENARIO.timing, stream(episode, "benchmark", "exploration"))
-        )
-        observation, reward = simulator.reset(vehicles), None
-        while observation.time_s < SCENARIO.horizon_s:
-            seen.append(observation.queue_veh)
-            following = simulator.advance(controller.decide(observation, reward))
-            reward = REWARDS["diffusion"](observation, following, network)
-            observation = following
-    return np.concatenate(seen)
+        vehicles = SCENARIO.demand.vehicles(SCENARIO.network, SCENARIO.horizon_s, rng)
+        exploration = stream(episode, "benchmark", "exploration")
+        run(simulator, controller, vehicles, diffusion, exploration, observers=[met])
+    return np.concatenate(met.queue_veh)
 
 
 def filled_rows(classes: Classes, states: IntArray, keys: int) -> Rows:
@@ -121,16 +99,6 @@ def _measure(rows: Rows, classes: Classes, states: IntArray, rounds: int) -> Flo
             times_s[scans, timed] = (perf_counter() - begin) / len(states)
     assert np.array_equal(answers[0], answers[1]), "look-up and scan give different answers"
     return times_s
-
-
-def _figures(name: str, times_s: FloatArray, unit: str) -> list[SpeedFigure]:
-    ratios = (times_s[0] / times_s[1]).tolist()
-    look_up_time, scan_time = (np.median(times_s, axis=1) * PER_S[unit]).tolist()
-    scan = f"{name}, by a scan"
-    return [
-        SpeedFigure(name, look_up_time, unit, scan, median(ratios), min(ratios), max(ratios)),
-        SpeedFigure(scan, scan_time, unit),
-    ]
 
 
 @kernel

@@ -7,15 +7,13 @@ none of them. NEC's are drawn at random in 32 dimensions, where no index spares 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from statistics import median
 from time import perf_counter
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from dmil.arrays import FloatArray
-from dmil.benchmarks.figures import SpeedFigure
+from dmil.benchmarks.figures import SpeedFigure, in_turns, pair
 from dmil.benchmarks.lookups import SCENARIO, visited_states
 from dmil.compilation import kernel
 from dmil.controllers.episodic.by_shape import signalled_columns
@@ -45,14 +43,7 @@ def neighbour_figures(
 ) -> list[SpeedFigure]:
     """Measure look-ups in compiled code; scipy's tree must find neighbours as near.
 
-    Parameters
-    ----------
-    entries
-        Entries in the table.
-    episodes
-        How many to take MFEC's states from, the last for the questions.
-    rounds
-        How many times each is measured; the figures are medians.
+    The last episode is for MFEC's questions; figures are medians over the rounds.
     """
     rng = stream(0, "benchmark", "embeddings")
     drawn = rng.standard_normal((entries + QUESTIONS, EMBEDDING)).astype(np.float32)
@@ -84,29 +75,21 @@ def _figures(
     farthest = np.zeros(len(questions))
     found: dict[str, FloatArray] = {}
 
-    def ask() -> None:
+    def ask() -> float:
+        begin = perf_counter()
         _ask(store, questions, nearest, weighted, farthest)
+        return (perf_counter() - begin) * 1e6 / len(questions)
 
-    def ask_tree() -> None:
+    def ask_tree() -> float:
+        begin = perf_counter()
         found["tree"] = tree.query(questions, count)[0][:, -1]
+        return (perf_counter() - begin) * 1e6 / len(questions)
 
-    times_s = [[_seconds(asked) for asked in (ask, ask_tree)] for _ in range(-1, rounds)][1:]
+    ask()  # compiled
+    mine, other = in_turns({"mine": ask, "tree": ask_tree}, rounds).values()
     # Two sums of squares in single and in double precision.
     assert np.allclose(np.sqrt(farthest), found["tree"], rtol=1e-4), "other neighbours are nearer"
-    microseconds = np.array(times_s) * 1e6 / len(questions)
-    ratios = (microseconds[:, 0] / microseconds[:, 1]).tolist()
-    mine, other = np.median(microseconds, axis=0).tolist()
-    tree_name = f"{name}, by scipy's cKDTree"
-    return [
-        SpeedFigure(name, mine, "µs", tree_name, median(ratios), min(ratios), max(ratios)),
-        SpeedFigure(tree_name, other, "µs"),
-    ]
-
-
-def _seconds(asked: Callable[[], None]) -> float:
-    begin = perf_counter()
-    asked()
-    return perf_counter() - begin
+    return pair(name, mine, "µs", f"{name}, by scipy's cKDTree", other)
 
 
 @kernel

@@ -12,19 +12,18 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from statistics import median
-from time import perf_counter
 
 import numpy as np
 
 from dmil.arrays import IntArray
-from dmil.benchmarks.figures import SpeedFigure
-from dmil.demand import PoissonDemand, Vehicles
+from dmil.benchmarks.figures import SpeedFigure, beside, in_turns, pair, run_s
+from dmil.demand import PoissonDemand
 from dmil.network import Program, RoadNetwork, Stage, grid
 from dmil.scenarios import QueueDynamics, Scenario, SignalTiming, scenario, signal_times
-from dmil.simulation import QueueSimulator, Simulator, SumoSimulator
+from dmil.simulation import QueueSimulator, SumoSimulator
 from dmil.simulation.sumo.files import options, run_files, write_routes
 from dmil.simulation.sumo.signals import SignalHeads, walk_ends
 from dmil.simulation.timing import PROGRAM, signals_of
@@ -41,20 +40,7 @@ HOLD_S = 20
 
 
 def sumo_figures(*, horizon_s: int = HORIZON_S, rounds: int = ROUNDS) -> list[SpeedFigure]:
-    """Measure simulated seconds per second.
-
-    Parameters
-    ----------
-    horizon_s
-        Length of the measured runs.
-    rounds
-        How often each is measured; the figures are medians.
-
-    Raises
-    ------
-    MissingExtraError
-        If SUMO is not installed.
-    """
+    """Measure simulated seconds per second; figures are medians. It needs the extra sumo."""
     figures = []
     for name, made in (
         ("busy grid", busy_grid(horizon_s)),
@@ -66,13 +52,7 @@ def sumo_figures(*, horizon_s: int = HORIZON_S, rounds: int = ROUNDS) -> list[Sp
 
 
 def busy_grid(horizon_s: int = HORIZON_S) -> Scenario:
-    """Return a grid of the size and shape of Hangzhou's, with a program and much demand.
-
-    Parameters
-    ----------
-    horizon_s
-        Length of a run.
-    """
+    """Return a grid of the size and shape of Hangzhou's, with a program and much demand."""
     network = _with_blocks_and_programs(grid(4, 4))
     per_node = VEHICLES_PER_H / 60 / len(network.fringe)
     return Scenario(
@@ -111,55 +91,35 @@ def _with_blocks_and_programs(network: RoadNetwork) -> RoadNetwork:
     )
 
 
-@dataclass(frozen=True)
-class _BareLoop:
-    """SUMO with nothing around it.
-
-    Parameters
-    ----------
-    made
-        What to simulate.
-    folder
-        Where its files are.
-    options
-        Of ``sumo``.
-    """
-
-    made: Scenario
-    folder: Path
-    options: list[str]
-
-    def seconds(self, plan: list[IntArray]) -> float:
-        """Return how long the loop takes in which signals show what the plan asks for."""
-        files = run_files(self.made, self.folder)
-        network, timing = self.made.network, self.made.timing
-        interval_s, switches = timing.decision_interval_s, []
-        times = signal_times(timing, network)
-        walks = walk_ends(network, files.signals, times)
-        heads = SignalHeads(signals_of(network), files.signals, times, interval_s, walks)
-        for k, phases in enumerate(plan):
-            time_s = k * interval_s
-            for second, name, state in heads.request(phases, time_s).switches:
-                if time_s + second < self.made.horizon_s:
-                    switches.append((time_s + second, name, state))
-        done = subprocess.run(
-            [sys.executable, "-P", str(Path(__file__).with_name("bare_sumo.py"))],
-            input=json.dumps([self.options, self.made.horizon_s, switches]),
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        return float(done.stdout.split()[-1])
+def _bare_s(made: Scenario, folder: Path, options: list[str], plan: list[IntArray]) -> float:
+    """Return how long SUMO takes with nothing around it, its signals as the plan asks for."""
+    files, network = run_files(made, folder), made.network
+    interval_s, switches = made.timing.decision_interval_s, []
+    times = signal_times(made.timing, network)
+    walks = walk_ends(network, files.signals, times)
+    heads = SignalHeads(signals_of(network), files.signals, times, interval_s, walks)
+    for k, phases in enumerate(plan):
+        time_s = k * interval_s
+        for second, name, state in heads.request(phases, time_s).switches:
+            if time_s + second < made.horizon_s:
+                switches.append((time_s + second, name, state))
+    done = subprocess.run(
+        [sys.executable, "-P", str(Path(__file__).with_name("bare_sumo.py"))],
+        input=json.dumps([options, made.horizon_s, switches]),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return float(done.stdout.split()[-1])
 
 
 def _figures(name: str, made: Scenario, folder: Path, rounds: int) -> list[SpeedFigure]:
     vehicles = vehicles_of_seed(made, 0)
     files = run_files(made, folder)
-    write_routes(folder / "vehicles.rou.xml", vehicles, files)
-    bare = _BareLoop(
-        made,
-        folder,
-        options(files, folder / "vehicles.rou.xml", model="micro", seed=0, emissions=False),
+    routes = folder / "vehicles.rou.xml"
+    write_routes(routes, vehicles, files)
+    bare = partial(
+        _bare_s, made, folder, options(files, routes, model="micro", seed=0, emissions=False)
     )
     own, changing = _own_programs(made), _changing_phases(made)
     queue, sumo = QueueSimulator(made), SumoSimulator(made)
@@ -167,46 +127,24 @@ def _figures(name: str, made: Scenario, folder: Path, rounds: int) -> list[Speed
     undisturbed = made.timing.model_copy(update={"decision_interval_s": made.horizon_s})
     whole = QueueSimulator(replace(made, timing=undisturbed))
     measured: dict[str, Callable[[], float]] = {
-        "whole": lambda: _simulator_s(whole, vehicles, own[:1]),
-        "queue": lambda: _simulator_s(queue, vehicles, own),
-        "bare": lambda: bare.seconds(own),
-        "bare, changing": lambda: bare.seconds(changing),
-        "sumo, changing": lambda: _simulator_s(sumo, vehicles, changing),
+        "whole": lambda: made.horizon_s / run_s(whole, vehicles, own[:1]),
+        "queue": lambda: made.horizon_s / run_s(queue, vehicles, own),
+        "bare": lambda: made.horizon_s / bare(own),
+        "bare, changing": lambda: made.horizon_s / bare(changing),
+        "sumo, changing": lambda: made.horizon_s / run_s(sumo, vehicles, changing),
     }
-    speeds: dict[str, list[float]] = {key: [] for key in measured}
     measured["queue"]()  # compiled
-    for _ in range(rounds):
-        for key, measure in measured.items():
-            speeds[key].append(made.horizon_s / measure())
+    speeds = in_turns(measured, rounds)
     sumo.close()
-    program, phases = f"{name}, its program", f"{name}, phases that change"
+    program, phases, unit = f"{name}, its program", f"{name}, phases that change", "steps/s"
+    own_bare = f"bare SUMO, {program}", speeds["bare"]
+    changing_bare = f"bare SUMO, {phases}", speeds["bare, changing"]
+    seen = f"seen every {made.timing.decision_interval_s} s"
     return [
-        _beside(f"queue simulator, {program}", f"bare SUMO, {program}", speeds, "whole", "bare"),
-        _beside(
-            f"queue simulator, {program}, seen every {made.timing.decision_interval_s} s",
-            f"bare SUMO, {program}",
-            speeds,
-            "queue",
-            "bare",
-        ),
-        SpeedFigure(f"bare SUMO, {program}", median(speeds["bare"]), "steps/s"),
-        _beside(
-            f"SUMO simulator, {phases}",
-            f"bare SUMO, {phases}",
-            speeds,
-            "sumo, changing",
-            "bare, changing",
-        ),
-        SpeedFigure(f"bare SUMO, {phases}", median(speeds["bare, changing"]), "steps/s"),
+        beside(f"queue simulator, {program}", speeds["whole"], unit, *own_bare),
+        *pair(f"queue simulator, {program}, {seen}", speeds["queue"], unit, *own_bare),
+        *pair(f"SUMO simulator, {phases}", speeds["sumo, changing"], unit, *changing_bare),
     ]
-
-
-def _beside(
-    name: str, other: str, speeds: dict[str, list[float]], mine: str, theirs: str
-) -> SpeedFigure:
-    ratios = [a / b for a, b in zip(speeds[mine], speeds[theirs], strict=True)]
-    value = median(speeds[mine])
-    return SpeedFigure(name, value, "steps/s", other, median(ratios), min(ratios), max(ratios))
 
 
 def _own_programs(made: Scenario) -> list[IntArray]:
@@ -221,11 +159,3 @@ def _changing_phases(made: Scenario) -> list[IntArray]:
     interval_s = made.timing.decision_interval_s
     decisions = -(-made.horizon_s // interval_s)
     return [(k * interval_s // HOLD_S % counts).astype(np.int32) for k in range(decisions)]
-
-
-def _simulator_s(simulator: Simulator, vehicles: Vehicles, plan: list[IntArray]) -> float:
-    simulator.reset(vehicles)
-    begin = perf_counter()
-    for phases in plan:
-        simulator.advance(phases)
-    return perf_counter() - begin

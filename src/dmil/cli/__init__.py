@@ -1,4 +1,7 @@
-"""The command line, ``dmil``: one file per command, loaded when it is asked for."""
+"""The command line, ``dmil``: one file per command, loaded when it is asked for.
+
+A command is the function of its file's name, a group of commands the `typer.Typer` of that name.
+"""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from dmil.cli.help import CommandGroup
+from dmil.cli.help import Command, CommandGroup
 from dmil.cli.terminal import print_error, print_json, say
 from dmil.errors import DmilError
 from dmil.importing import only
@@ -68,8 +68,11 @@ class LazyGroup(CommandGroup):
         if name in COMMANDS:
             if name in WORK and not {"--help", "-h", "--print-config"} & set(args):
                 start_worker_server(WORK[name])  # it imports while this process still does
-            module = importlib.import_module(f"dmil.cli.{name}")
-            command = typer.main.get_command(module.app)
+            made = getattr(importlib.import_module(f"dmil.cli.{name}"), name)
+            if not isinstance(made, typer.Typer):
+                function, made = made, typer.Typer(add_completion=False)
+                made.command(cls=Command)(function)
+            command = typer.main.get_command(made)
         return name, command, rest
 
     def invoke(self, ctx: Any) -> Any:
@@ -113,10 +116,7 @@ class LazyGroup(CommandGroup):
 def named_parts(arguments: Sequence[str]) -> set[str]:
     """Return the import paths on a command line: naming them allows running them.
 
-    Parameters
-    ----------
-    arguments
-        What was typed. The name of a scenario, such as ``cityflow:FOLDER``, is none.
+    The name of a scenario, such as ``cityflow:FOLDER``, is none.
     """
     scenarios = {k + 1 for k, argument in enumerate(arguments) if argument == SCENARIO}
     return {
@@ -131,13 +131,8 @@ def named_parts(arguments: Sequence[str]) -> set[str]:
 def exit_code(run: Callable[[], Any], arguments: Sequence[str]) -> int:
     """Run a command line; turn every end of it into messages and an exit code.
 
-    Parameters
-    ----------
-    run
-        Runs it; returns an exit code or None.
-    arguments
-        What was typed: an error before the options are understood also honours ``--json`` and
-        ``--debug``.
+    What was typed is there because an error before the options are understood also honours
+    ``--json`` and ``--debug``.
     """
     try:
         code = run()

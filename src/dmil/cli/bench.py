@@ -5,37 +5,29 @@ from __future__ import annotations
 import importlib.util
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from dmil.benchmarks.figures import SpeedFigure
-from dmil.cli.help import Command
-from dmil.cli.options import Debug, Json
+from dmil.cli.options import Debug, Json, option
 from dmil.cli.terminal import print_json, progress, show, table, waiting
 
-app = typer.Typer(add_completion=False)
+if TYPE_CHECKING:
+    from dmil.benchmarks.figures import SpeedFigure
 
 SUMO_PACKAGES = ("libsumo", "sumo", "sumo_rl")
 """What the figures beside SUMO need."""
 
 
-@app.command(cls=Command)
 def bench(
     against: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR",
-            rich_help_panel="Bench",
-            help="Checkout of another version: both are measured alternately and compared.",
-            show_default=False,
+        option(
+            "Bench",
+            "Checkout of another version: both are measured alternately and compared.",
+            "DIR",
         ),
     ] = None,
     rounds: Annotated[
-        int,
-        typer.Option(
-            min=1, rich_help_panel="Bench", help="Number of times that both versions are measured."
-        ),
+        int, option("Bench", "Number of times that both versions are measured.", min=1)
     ] = 3,
     json: Json = False,
     debug: Debug = False,

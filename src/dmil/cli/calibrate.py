@@ -6,20 +6,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import typer
 from pydantic import Field
 from rich.table import Table
 
-from dmil.cli.building import built, compile_first
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
+    built,
+    compile_first,
     recipe_of,
     scenario_command,
 )
-from dmil.cli.help import Command
-from dmil.cli.measures import number
 from dmil.cli.parameters import Option
-from dmil.cli.terminal import print_json, progress, say, show, table, waiting
+from dmil.cli.terminal import number, print_json, progress, say, show, table, waiting
 from dmil.errors import InputError
 from dmil.scenarios import Scenario
 from dmil.scenarios.calibration import Calibration
@@ -27,7 +25,8 @@ from dmil.scenarios.names import shown
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED
 from dmil.training.agreement import CALIBRATED, JUDGE, PLAIN, Agreement, agreement
-from dmil.training.calibration import SEED, calibrate
+from dmil.training.calibration import SEED
+from dmil.training.calibration import calibrate as calibrated
 
 COMPARED = ("max-pressure", "longest-queue-first")
 
@@ -54,12 +53,9 @@ OPTIONS = (
     Option("out", "--out", "Output", "FILE"),
 )
 
-app = typer.Typer(add_completion=False)
 
-
-@app.command(name="calibrate", cls=Command)
 @scenario_command("calibrate", CalibrateParameters, OPTIONS)
-def command(settings: CalibrateParameters, json: bool) -> None:
+def calibrate(settings: CalibrateParameters, json: bool) -> None:
     """Calibrate the queue simulator from one run of SUMO.
 
     For example:
@@ -83,7 +79,7 @@ def command(settings: CalibrateParameters, json: bool) -> None:
         )
     scenario = built(recipe_of(settings))
     with waiting("One run of SUMO …"):
-        found = calibrate(scenario, settings.seed)
+        found = calibrated(scenario, settings.seed)
     found.save(settings.out)
     compared: list[Agreement] = []
     if settings.seeds:

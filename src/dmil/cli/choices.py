@@ -1,19 +1,28 @@
-"""Which scenario, simulator and reward: what simulate, train and evaluate share."""
+"""What commands that run something share: scenario, simulator, reward, first start, Ctrl-C."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, Literal
 
 from pydantic import BaseModel, Field
 
+from dmil.cli.application import StoppedError
 from dmil.cli.parameters import Option, options, settings_command, split
+from dmil.cli.terminal import say, waiting
+from dmil.compilation import is_cold
 from dmil.demand.arrivals import DEFAULT_BATCH_VEH
+from dmil.demand.sumo.acting import ACTING
+from dmil.demand.sumo.remarks import LEFT_OUT, remarks_of
 from dmil.errors import InputError
+from dmil.experiments.warm_up import compile_kernels
 from dmil.network.grid import ENTRY_LINK_TIME_S, LINK_TIME_S
 from dmil.rewards import PAPER_CONSTANTS, Reward, RewardConstants, make_reward
+from dmil.scenarios import Scenario
 from dmil.scenarios.demand_changes import DemandChanges, changes_of
 from dmil.scenarios.recipe import DynamicsChanges, GridChanges, ScenarioRecipe, TimingChanges
+from dmil.simulation.stand_ins import stand_ins
 from dmil.training import Policy
 
 _DEMAND = "Demand (by default the scenario's own)"
@@ -89,10 +98,7 @@ SCENARIO_OPTIONS = (
     ),
 )
 
-SIMULATOR_OPTIONS = (
-    Option("simulator", "--simulator", "Simulator"),
-    Option("emissions", "--emissions", "Simulator"),
-)
+SIMULATOR_OPTIONS = options("Simulator", "simulator; emissions")
 
 
 class SimulatorChoice(BaseModel):
@@ -120,13 +126,7 @@ class RewardChoice(BaseModel):
     )
 
     def make_reward(self) -> Reward:
-        """Make it.
-
-        Raises
-        ------
-        InputError
-            If there is none of that name, or it does not have the constants that are given.
-        """
+        """Make it; an `InputError` if there is none of that name, or it has no such constants."""
         return make_reward(self.reward, self.reward_constants)
 
 
@@ -156,15 +156,7 @@ def recipe_of(settings: ScenarioRecipe) -> ScenarioRecipe:
 def files_as_settings(files: Sequence[str]) -> dict[str, Any]:
     """Return which parts of a scenario the files are that stand behind a command.
 
-    Parameters
-    ----------
-    files
-        See `dmil.doctor.read_case`.
-
-    Raises
-    ------
-    InputError
-        If they are not what makes a scenario.
+    For what they may be see `dmil.doctor.read_case`; an `InputError` if they make no scenario.
     """
     from dmil.doctor.arguments import SumoFilesGiven, sort_arguments
 
@@ -211,12 +203,8 @@ def scenario_command(
 ) -> Callable[[Callable[[Any, bool], None]], Callable[..., None]]:
     """Turn a function of settings with a scenario into a command, see `settings_command`.
 
-    Parameters
-    ----------
-    name, kind, options
-        The command.
-    complete
-        What the program would fill in later; by default all of scenario and controllers.
+    ``complete`` says what the program would fill in later; by default all of scenario and
+    controllers.
     """
 
     def completed(settings: Any) -> Any:
@@ -232,3 +220,36 @@ def _complete(settings: Any) -> dict[str, Any]:
     elif chosen:
         changes["controller"] = chosen.complete()
     return changes
+
+
+def built(recipe: ScenarioRecipe) -> Scenario:
+    """Make the scenario; say which vehicles are left out, and what does not act on them."""
+    made = recipe.build()
+    for remark in remarks_of(made.demand):
+        if remark.kind in ACTING or remark.kind in LEFT_OUT:
+            what = remark.text.partition(";")[0]
+            say(f"Warning: {remark.count} {what} (first '{remark.example}').")
+    return made
+
+
+def say_stand_ins(scenario: Scenario, simulator: str, controllers: Iterable[str]) -> None:
+    """Say which intersections' own control the queue simulator cannot run."""
+    if simulator == "queue" and "program" in controllers:
+        for sentence in stand_ins(scenario.network):
+            say(f"Warning: {sentence}.")
+
+
+def compile_first() -> None:
+    """Compile all kernels where this has not been done, and say so."""
+    if is_cold():
+        with waiting("First start: compiling kernels, once …"):
+            compile_kernels()
+
+
+@contextmanager
+def stopping(text: str) -> Iterator[None]:
+    """Let Ctrl-C end a command with what is kept, and how to go on."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise StoppedError(text) from None

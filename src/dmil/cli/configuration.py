@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import textwrap
 import tomllib
 import types
 import typing
@@ -36,10 +37,7 @@ _SHORTER = {
 def read_file(path: Path, kind: type[BaseModel]) -> Values:
     """Read a TOML file whose keys are the fields of ``kind``, tables for those that nest.
 
-    Raises
-    ------
-    InputError
-        If the file cannot be read, is no TOML, or has an unknown key.
+    An `InputError` if the file cannot be read, is no TOML, or has an unknown key.
     """
     where = str(path)
     try:
@@ -106,23 +104,10 @@ def merge(below: Values, above: Mapping[str, Any]) -> Values:
 
 
 def validated(kind: type[Model], values: Values, places: Mapping[str, str], file: str) -> Model:
-    """Make settings from values, with one clear error.
+    """Make settings from values, or an `InputError` naming the first value that cannot be used.
 
-    Parameters
-    ----------
-    kind
-        Class of the settings.
-    values
-        Values of its fields.
-    places
-        Path of a field, such as ``timing.clearance_s``, to the option it was given by.
-    file
-        Where everything else comes from.
-
-    Raises
-    ------
-    InputError
-        Naming the first value that cannot be used.
+    ``places`` has the path of a field, such as ``timing.clearance_s``, to the option it was given
+    by; everything else comes from the file.
     """
     try:
         return kind(**values)
@@ -137,7 +122,7 @@ def validated(kind: type[Model], values: Values, places: Mapping[str, str], file
         option = " and ".join(flag for way, flag in places.items() if way.startswith(f"{path}."))
     where = option or ": ".join(part for part in (file, path) if part)
     if first["type"] == "literal_error":
-        known = _choices(kind, steps)
+        known = list(_literals(field_at(kind, path).annotation))
         raise unknown_name(steps[-1].removesuffix("s"), str(first["input"]), known, where=where)
     if not steps:
         # A check of several values names them itself; the input would be all there is.
@@ -163,14 +148,6 @@ def _expected(message: str) -> str:
     return message
 
 
-def _choices(kind: type[BaseModel], steps: list[str]) -> list[str]:
-    field = kind.model_fields[steps[0]]
-    inner = _nested(field)
-    if inner is not None and len(steps) > 1:
-        return _choices(inner, steps[1:])
-    return list(_literals(field.annotation))
-
-
 def _literals(annotation: Any) -> Iterator[str]:
     if typing.get_origin(annotation) is Literal:
         yield from map(str, typing.get_args(annotation))
@@ -184,15 +161,7 @@ def _shown(value: Any) -> str:
 
 
 def as_toml(settings: BaseModel, title: str) -> str:
-    """Write settings as TOML, every key with its meaning; unset ones as comments.
-
-    Parameters
-    ----------
-    settings
-        What to write.
-    title
-        First line, a comment.
-    """
+    """Write settings as TOML below a title, every key with its meaning; unset ones commented."""
     lines = [f"# {title}", *_table(settings, "")]
     return "\n".join(lines) + "\n"
 
@@ -216,12 +185,8 @@ def _table(settings: BaseModel, name: str) -> Iterator[str]:
 
 
 def _comment(text: str) -> list[str]:
-    lines, width = [""], 98
-    for word in text.split():
-        if len(lines[-1]) + len(word) > width:
-            lines.append("")
-        lines[-1] += f" {word}"
-    return [f"#{line}" for line in lines if line]
+    lines = textwrap.wrap(text, 98, break_long_words=False, break_on_hyphens=False)
+    return [f"# {line}" for line in lines]
 
 
 def pair(key: str, value: Any) -> str:
@@ -270,23 +235,10 @@ def field_at(kind: type[BaseModel], path: str) -> FieldInfo:
 
 
 def checked_field(kind: type[BaseModel], path: str, *, where: str, above: str = "") -> FieldInfo:
-    """Return the field at a dotted path that a user gave.
+    """Return the field at a dotted path that a user gave to an option.
 
-    Parameters
-    ----------
-    kind
-        Class of the settings.
-    path
-        Such as ``timing.clearance_s``.
-    where
-        Option it was given to, for errors.
-    above
-        Path of the table that ``kind`` is.
-
-    Raises
-    ------
-    InputError
-        If there is no such field, or the path goes on behind a value or stops at a table.
+    ``above`` is the path of the table that ``kind`` is. An `InputError` if there is no such field,
+    or the path goes on behind a value or stops at a table.
     """
     name, _, rest = path.partition(".")
     if kind.model_config.get("extra") == "allow" and name not in kind.model_fields and not rest:

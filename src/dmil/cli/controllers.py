@@ -10,7 +10,6 @@ from pydantic import BaseModel
 from rich.text import Text
 
 from dmil.cli.configuration import pair
-from dmil.cli.help import Command
 from dmil.cli.options import Debug, Json
 from dmil.cli.terminal import entries, print_json, show
 from dmil.controllers import CONTROLLERS
@@ -18,12 +17,9 @@ from dmil.errors import unknown_name
 from dmil.rewards import REWARDS
 from dmil.symmetry import EMBEDDINGS, Embedding
 
-app = typer.Typer(add_completion=False)
-
 MARKS = "[P] stated by the paper, [A] assumed, [F] fitted to its table."
 
 
-@app.command(cls=Command)
 def controllers(
     name: Annotated[
         str | None,

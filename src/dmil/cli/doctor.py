@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, get_args
 
 import typer
 
 from dmil.cli.application import FAILED
-from dmil.cli.doctor_tables import intersection_text
-from dmil.cli.doctor_text import demand_text, findings_text, network_text
-from dmil.cli.help import Command
-from dmil.cli.options import OUTPUT, Debug, Json
+from dmil.cli.doctor_text import demand_text, findings_text, intersection_text, network_text
+from dmil.cli.options import OUTPUT, Debug, Json, option
 from dmil.cli.parameters import split
 from dmil.cli.terminal import print_json, say, show
 from dmil.doctor import Diagnosis, Finding, IntersectionFacts, examine, read_case
@@ -20,18 +19,12 @@ from dmil.errors import InputError
 from dmil.network.sumo.reader import Phases
 from dmil.scenarios.model import LONGEST_RUN_S, Routing
 
-SCENARIO = "Scenario"
 ELLIPSIS = "…"
 
-app = typer.Typer(add_completion=False)
+
+_scenario = partial(option, "Scenario")
 
 
-def _scenario(metavar: str, help: str, min: int | None = None) -> Any:
-    most = None if min is None else LONGEST_RUN_S
-    return typer.Option(metavar=metavar, help=help, rich_help_panel=SCENARIO, min=min, max=most)
-
-
-@app.command(cls=Command)
 def doctor(
     files: Annotated[
         list[str] | None,
@@ -42,81 +35,71 @@ def doctor(
             show_default=False,
         ),
     ] = None,
-    scenario: Annotated[str | None, _scenario("NAME", "Same as a name among FILES.")] = None,
-    net: Annotated[str | None, _scenario("FILE", "Same as a network among FILES.")] = None,
+    scenario: Annotated[str | None, _scenario("Same as a name among FILES.", "NAME")] = None,
+    net: Annotated[str | None, _scenario("Same as a network among FILES.", "FILE")] = None,
     routes: Annotated[
-        str | None, _scenario("FILE,FILE", "Same as route files among FILES.")
+        str | None, _scenario("Same as route files among FILES.", "FILE,FILE")
     ] = None,
     roadnet: Annotated[
-        Path | None,
-        _scenario("FILE", "Road network in CityFlow format, under any name."),
+        Path | None, _scenario("Road network in CityFlow format, under any name.", "FILE")
     ] = None,
     flow: Annotated[
-        Path | None,
-        _scenario("FILE", "Vehicles in CityFlow format, on that network."),
+        Path | None, _scenario("Vehicles in CityFlow format, on that network.", "FILE")
     ] = None,
     begin: Annotated[
         int | None,
         _scenario(
-            "N",
             "SUMO time at which a run begins, in s; by default that of the configuration, or 0.",
+            "N",
             min=0,
+            max=LONGEST_RUN_S,
         ),
     ] = None,
     steps: Annotated[
         int | None,
         _scenario(
-            "N",
             "Length of a run in s; by default until the configuration's end, or until the last "
             "departure.",
+            "N",
             min=1,
+            max=LONGEST_RUN_S,
         ),
     ] = None,
     phases: Annotated[
         str | None,
         _scenario(
-            "program|derived",
             "Phases of a SUMO network: those of its signal programs (the default), or "
             "derived from movements that do not conflict.",
+            "program|derived",
         ),
     ] = None,
     routing: Annotated[
         str | None,
         _scenario(
-            "sumo|mesoscopic|free-flow",
             "Routing of trips without a route: by one run of SUMO with congestion, by "
             "the same with its mesoscopic model in a tenth of the time (the default "
             "where it is installed), or the fastest route on empty roads.",
+            "sumo|mesoscopic|free-flow",
         ),
     ] = None,
     intersection: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ID",
-            help="Show one intersection; the start of its id is enough.",
-            rich_help_panel=OUTPUT,
-        ),
+        str | None, option(OUTPUT, "Show one intersection; the start of its id is enough.", "ID")
     ] = None,
     everything: Annotated[
-        bool,
-        typer.Option("--all", help="Print every intersection and finding.", rich_help_panel=OUTPUT),
+        bool, option(OUTPUT, "Print every intersection and finding.", flag="--all")
     ] = False,
     draw: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Draw the network, or the intersection and its phases, to a file: .svg, .png, "
+        option(
+            OUTPUT,
+            "Draw the network, or the intersection and its phases, to a file: .svg, .png, "
             ".pdf or .html.",
-            rich_help_panel=OUTPUT,
+            "FILE",
         ),
     ] = None,
     strict: Annotated[
         bool,
-        typer.Option(
-            "--strict",
-            help="Exit with code 1 if there are errors or warnings.",
-            rich_help_panel=OUTPUT,
-        ),
+        option(OUTPUT, "Exit with code 1 if there are errors or warnings.", flag="--strict"),
     ] = False,
     json: Json = False,
     debug: Debug = False,

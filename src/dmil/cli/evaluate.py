@@ -5,20 +5,27 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import typer
-
-from dmil.cli.building import built, compile_first, say_stand_ins, stopping
-from dmil.cli.choices import SCENARIO_OPTIONS, SIMULATOR_OPTIONS, scenario_command, with_scenario_of
-from dmil.cli.contenders import EvaluateParameters, contenders_of
-from dmil.cli.controller_choice import controller_options
-from dmil.cli.evaluate_output import as_json, notes_of, unfair, write_seeds
-from dmil.cli.evaluate_table import (
+from dmil.cli.choices import (
+    SCENARIO_OPTIONS,
+    SIMULATOR_OPTIONS,
+    built,
+    compile_first,
+    say_stand_ins,
+    scenario_command,
+    stopping,
+    with_scenario_of,
+)
+from dmil.cli.controller_choice import EvaluateParameters, contenders_of, controller_options
+from dmil.cli.evaluate_output import (
     COLUMN_WIDTH,
     LABEL_WIDTH,
+    as_json,
     comparison_table,
+    notes_of,
     ranking_table,
+    unfair,
+    write_seeds,
 )
-from dmil.cli.help import Command
 from dmil.cli.parameters import Option, options
 from dmil.cli.terminal import print_json, progress, results, say, show, waiting
 from dmil.errors import InputError
@@ -40,14 +47,10 @@ OPTIONS = (
     Option("baselines", "--baselines", "Controllers"),
     Option("reference", "--reference", "Controllers", "NAME"),
     *options("Test", "learn; epsilon; reward; seeds; seed; jobs"),
-    Option("report", "--report", "Output", "FILE"),
-    Option("csv", "--csv", "Output", "FILE"),
+    *options("Output", "report FILE; csv FILE"),
 )
 
-app = typer.Typer(add_completion=False)
 
-
-@app.command(cls=Command)
 @scenario_command("evaluate", EvaluateParameters, OPTIONS)
 def evaluate(settings: EvaluateParameters, json: bool) -> None:
     """Compare controllers and trained policies on the same vehicles.

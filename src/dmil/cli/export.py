@@ -8,18 +8,21 @@ from pathlib import Path
 from typing import Any
 
 import polars as pl
-import typer
 from pydantic import Field
 
-from dmil.cli.building import built, compile_first
-from dmil.cli.choices import SCENARIO_OPTIONS, SimulatorChoice, scenario_command, with_scenario_of
+from dmil.cli.choices import (
+    SCENARIO_OPTIONS,
+    SimulatorChoice,
+    built,
+    compile_first,
+    scenario_command,
+    with_scenario_of,
+)
 from dmil.cli.controller_choice import ControllerOrPolicy, controller_options
 from dmil.cli.export_plan import write_plans
-from dmil.cli.help import Command
-from dmil.cli.measures import number
 from dmil.cli.parameters import Option, options
-from dmil.cli.terminal import print_json, say, show, waiting
-from dmil.controllers import CONTROLLERS, make_controller
+from dmil.cli.terminal import number, print_json, say, show, waiting
+from dmil.controllers import CONTROLLERS, Controller, make_controller
 from dmil.controllers.variants import Variant
 from dmil.errors import InputError
 from dmil.experiments.contender import FROZEN, Contender, accepted
@@ -30,7 +33,7 @@ from dmil.scenarios import Scenario
 from dmil.scenarios.names import shown
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.seeding import LARGEST_SEED
-from dmil.simulation import make_simulator
+from dmil.simulation import Simulator, make_simulator
 from dmil.simulation.measures import Measures
 from dmil.simulation.sumo import SumoSimulator
 from dmil.training import Policy, evaluate, vehicles_of_seed
@@ -64,10 +67,7 @@ OPTIONS = (
     *options("Output", "plan_length_s --plans; network; out FOLDER"),
 )
 
-app = typer.Typer(add_completion=False)
 
-
-@app.command(cls=Command)
 @scenario_command("export", ExportParameters, OPTIONS)
 def export(settings: ExportParameters, json: bool) -> None:
     """Export what a controller did, as signal programs for SUMO and as a table of signal events.
@@ -95,7 +95,8 @@ def export(settings: ExportParameters, json: bool) -> None:
     if settings.simulator == "queue":
         compile_first()
     with waiting(f"{contender.label} in {settings.simulator} …"):
-        events = _run(settings, scenario, contender, settings.simulator)[1]
+        simulator = make_simulator(scenario, settings.simulator)
+        events = _run(simulator, contender.make(scenario.network), settings.seed)[1]
     if not any(event.phase != NONE for event in events):
         raise InputError(
             "it runs the network's own program, which needs no export",
@@ -174,19 +175,11 @@ def _worth(settings: ExportParameters, policy: Policy | None) -> list[str]:
 
 
 def _run(
-    settings: ExportParameters, scenario: Scenario, contender: Contender, simulator: str
+    simulator: Simulator, controller: Controller, seed: int
 ) -> tuple[Measures, list[SignalEvent]]:
-    recorder = EventRecorder()
-    vehicles = vehicles_of_seed(scenario, settings.seed)
-    controller = contender.make(scenario.network)
-    run = evaluate(
-        make_simulator(scenario, simulator),
-        controller,
-        vehicles,
-        make_reward("diffusion"),
-        settings.seed,
-        observers=[recorder],
-    )
+    recorder, reward = EventRecorder(), make_reward("diffusion")
+    vehicles = vehicles_of_seed(simulator.scenario, seed)
+    run = evaluate(simulator, controller, vehicles, reward, seed, observers=[recorder])
     return run.measures, recorder.events
 
 
@@ -197,13 +190,13 @@ def _compare(
 
     def fixed_time(*options: str) -> Measures:
         simulator = SumoSimulator(scenario, further_options=lambda _: options)
-        vehicles, reward = vehicles_of_seed(scenario, settings.seed), make_reward("diffusion")
-        run = evaluate(simulator, make_controller("program"), vehicles, reward, settings.seed)
+        measures = _run(simulator, make_controller("program"), settings.seed)[0]
         simulator.close()
-        return run.measures
+        return measures
 
+    mine, own = make_simulator(scenario, "sumo"), contender.make(scenario.network)
     return {
-        contender.label: _run(settings, scenario, contender, "sumo")[0],
+        contender.label: _run(mine, own, settings.seed)[0],
         "its fixed-time plan": fixed_time("--additional-files", str(programs.resolve())),
         "the network's program": fixed_time(),
     }

@@ -27,20 +27,9 @@ def write_plans(
     """Write mean cycles as SUMO's programs, once they are checked.
 
     Yellow, all-red and least greens are those of the run, or of the network's own plans where
-    these are longer; so are the offsets, and the phase that a cycle begins with.
-
-    Parameters
-    ----------
-    file
-        Where to.
-    plans
-        (second of the run, cycle of every intersection).
-    network, timing, signals
-        The roads, what controllers kept, and how SUMO shows the phases.
-    net_file
-        The network as SUMO reads it; its matrices say which greens conflict.
-    begin_s
-        SUMO's second that is second 0.
+    these are longer; so are the offsets, and the phase that a cycle begins with. Plans are (second
+    of the run, cycle of every intersection); the matrices of ``net_file`` say which greens
+    conflict; ``begin_s`` is SUMO's second that is second 0.
 
     Raises
     ------

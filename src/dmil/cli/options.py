@@ -3,52 +3,51 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-OUTPUT = "Output"
+OUTPUT, CONFIGURATION = "Output", "Configuration"
+
+
+def option(panel: str, help: str, metavar: str | None = None, flag: str = "", **more: Any) -> Any:
+    """Return an option of a group, called as its parameter where no flag is given."""
+    flags = [flag] if flag else []
+    return typer.Option(*flags, help=help, metavar=metavar, rich_help_panel=panel, **more)
+
 
 Json = Annotated[
     bool,
-    typer.Option(
-        "--json",
-        help="Print one JSON object, and nothing else, to standard output.",
-        rich_help_panel=OUTPUT,
-    ),
+    option(OUTPUT, "Print one JSON object, and nothing else, to standard output.", flag="--json"),
 ]
 Debug = Annotated[
     bool,
-    typer.Option(
-        "--debug",
-        help="Show the traceback of an error (as DMIL_DEBUG=1 does).",
-        rich_help_panel=OUTPUT,
-    ),
+    option(OUTPUT, "Show the traceback of an error (as DMIL_DEBUG=1 does).", flag="--debug"),
 ]
 Trust = Annotated[
     list[str] | None,
-    typer.Option(
-        "--trust",
-        metavar="MODULE:NAME",
-        help="Your own code that a file (policy, tuned controller, --config) may name: it is "
+    option(
+        CONFIGURATION,
+        "Your own code that a file (policy, tuned controller, --config) may name: it is "
         "imported and run. Code named by other options is trusted anyway.",
-        rich_help_panel="Configuration",
+        "MODULE:NAME",
+        "--trust",
     ),
 ]
 Config = Annotated[
     Path | None,
-    typer.Option(
+    option(
+        CONFIGURATION,
+        "Read parameters from a file; command-line options override it.",
+        "FILE.toml",
         "--config",
-        metavar="FILE.toml",
-        help="Read parameters from a file; command-line options override it.",
-        rich_help_panel="Configuration",
     ),
 ]
 PrintConfig = Annotated[
     bool,
-    typer.Option(
-        "--print-config",
-        help="Print all parameters as such a file, with comments, and exit.",
-        rich_help_panel="Configuration",
+    option(
+        CONFIGURATION,
+        "Print all parameters as such a file, with comments, and exit.",
+        flag="--print-config",
     ),
 ]

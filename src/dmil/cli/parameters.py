@@ -118,10 +118,7 @@ class Option:
     def value(self, given: Any, kind: type[BaseModel]) -> Any:
         """Return the value of the field for what was typed.
 
-        Raises
-        ------
-        InputError
-            It is an empty list, as where a variable of the shell is not set.
+        An `InputError` if it is an empty list, as where a variable of the shell is not set.
         """
         value = given
         if self.read is not None:
@@ -136,13 +133,8 @@ class Option:
 def options(panel: str, fields: str) -> tuple[Option, ...]:
     """Return options of one group.
 
-    Parameters
-    ----------
-    panel
-        The group.
-    fields
-        Fields, with their options where these are not called like the field without its unit, and
-        with their metavars where they have one, as in ``load; horizon_s --steps; flow FILE``.
+    Fields stand with their options where these are not called like the field without its unit, and
+    with their metavars where they have one, as in ``load; horizon_s --steps; flow FILE``.
     """
     found = []
     for text in fields.split("; "):
@@ -155,18 +147,10 @@ def options(panel: str, fields: str) -> tuple[Option, ...]:
 
 
 def set_option(panel: str, *, help: str, example: str, path: str = "") -> Option:
-    """Return the option ``--set``.
+    """Return the option ``--set``: keys without a dot belong to the table ``path``.
 
-    Parameters
-    ----------
-    panel
-        Group of options that it stands in.
-    path
-        Table that keys without a dot belong to; by default the settings themselves.
-    help
-        What help says of those keys; of keys with a dot it is said here.
-    example
-        A key with a dot, and a value.
+    By default these are the settings themselves. ``help`` is what is said of such keys; of keys
+    with a dot, such as the example with its value, it is said here.
     """
     whole = f"{help} With a dot: any value of --print-config, such as {example}. May be repeated."
     return Option(path, SET, panel, "KEY=VALUE", many=True, help=whole, assigns=True)
@@ -202,18 +186,9 @@ def settings_command(
 ) -> Callable[[Callable[[Model, bool], None]], Callable[..., None]]:
     """Turn a function of settings into a command with options, ``--config`` and ``--json``.
 
-    Parameters
-    ----------
-    name
-        What the command is called.
-    kind
-        Class of the settings: its fields are the keys of the file.
-    options
-        Which fields have an option, and how.
-    complete
-        Fills in for ``--print-config`` what the program would fill in later.
-    files
-        Says which fields the files are that stand behind the command; by default it takes none.
+    The fields of the settings are the keys of the file; options say which have one, and how.
+    ``complete`` fills in for ``--print-config`` what the program would fill in later; ``files``
+    says which fields the files are that stand behind the command, where it takes some.
     """
 
     def decorate(function: Callable[[Model, bool], None]) -> Callable[..., None]:
@@ -230,32 +205,23 @@ def settings_command(
                 return
             function(settings, json)
 
-        shared = {
-            "trust": Trust,
-            "config": Config,
-            "print_config": PrintConfig,
-            "json": Json,
-            "debug": Debug,
-        }
-        annotations = {option.name: option.annotation(kind) for option in options} | shared
-        if files is not None:
-            annotations = {"files": FILES, **annotations}
-        defaults = {"print_config": False, "json": False, "debug": False}
-        signature = inspect.Signature(
-            [
-                inspect.Parameter(
-                    parameter,
-                    inspect.Parameter.KEYWORD_ONLY,
-                    default=defaults.get(parameter),
-                    annotation=annotation,
-                )
-                for parameter, annotation in annotations.items()
-            ]
-        )
+        annotations: dict[str, Any] = {} if files is None else {"files": FILES}
+        annotations |= {option.name: option.annotation(kind) for option in options}
+        annotations |= {"trust": Trust, "config": Config}
+        flags = {"print_config": PrintConfig, "json": Json, "debug": Debug}
+        parameters = [
+            inspect.Parameter(
+                parameter,
+                inspect.Parameter.KEYWORD_ONLY,
+                default=False if parameter in flags else None,
+                annotation=annotation,
+            )
+            for parameter, annotation in (annotations | flags).items()
+        ]
         command.__name__ = function.__name__
         command.__doc__ = function.__doc__
-        command.__annotations__ = annotations
-        command.__signature__ = signature  # type: ignore[attr-defined]
+        command.__annotations__ = annotations | flags
+        command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
         return command
 
     return decorate
@@ -303,13 +269,7 @@ def _is_mapping(kind: type[BaseModel], path: str) -> bool:
 
 
 def _assigned(option: Option, texts: list[str], kind: type[BaseModel]) -> dict[str, Any]:
-    """Read what ``--set`` was given as paths of fields and their values.
-
-    Raises
-    ------
-    InputError
-        If a text is no KEY=VALUE, or there is no such field.
-    """
+    """Read what ``--set`` was given as paths of fields, which must exist, and their values."""
     found: dict[str, Any] = {}
     for key, value in read_options(texts, where=option.flag).items():
         if option.path and "." not in key:

@@ -7,33 +7,24 @@ from typing import Annotated
 
 import typer
 
-from dmil.cli.help import Command
-from dmil.cli.options import Debug, Json
+from dmil.cli.options import Debug, Json, option
 from dmil.cli.terminal import print_json, show, waiting
 
-app = typer.Typer(add_completion=False)
 
-
-@app.command(cls=Command)
 def report(
     folder: Annotated[
         Path, typer.Argument(metavar="DIR", help="Folder of a finished study.", show_default=False)
     ],
     preset: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAME",
-            rich_help_panel="Report",
-            help="Preset shown in headline and figures; by default the last one run.",
+        option(
+            "Report",
+            "Preset shown in headline and figures; by default the last one run.",
+            "NAME",
         ),
     ] = None,
     pictures: Annotated[
-        bool,
-        typer.Option(
-            help="Also save the figures as SVG, PNG and PDF. [default: yes]",
-            show_default=False,
-            rich_help_panel="Report",
-        ),
+        bool, option("Report", "Also save the figures as SVG, PNG and PDF. [default: yes]")
     ] = True,
     json: Json = False,
     debug: Debug = False,

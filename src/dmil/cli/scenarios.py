@@ -8,18 +8,14 @@ from typing import Annotated, Any
 
 import typer
 
-from dmil.cli.help import Command
-from dmil.cli.options import Debug, Json
+from dmil.cli.options import Debug, Json, option
 from dmil.cli.terminal import entries, print_json, show
 from dmil.controllers.tabular.agents import agents_of
 from dmil.scenarios import Scenario, scenario_names
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.training import vehicles_of_seed
 
-app = typer.Typer(add_completion=False)
 
-
-@app.command(cls=Command)
 def scenarios(
     name: Annotated[
         str | None,
@@ -27,14 +23,10 @@ def scenarios(
     ] = None,
     roadnet: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Road network in CityFlow format, with a flow, instead of a name.",
-        ),
+        option("", "Road network in CityFlow format, with a flow, instead of a name.", "FILE"),
     ] = None,
     flow: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Vehicles in CityFlow format, on that network."),
+        Path | None, option("", "Vehicles in CityFlow format, on that network.", "FILE")
     ] = None,
     json: Json = False,
     debug: Debug = False,

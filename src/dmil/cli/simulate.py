@@ -6,24 +6,23 @@ from pathlib import Path
 from typing import Any
 
 import polars as pl
-import typer
 from pydantic import Field
 from rich.table import Table
 
-from dmil.cli.building import built, compile_first, say_stand_ins
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS,
     RewardChoice,
     SimulatorChoice,
+    built,
+    compile_first,
+    say_stand_ins,
     scenario_command,
     with_scenario_of,
 )
 from dmil.cli.controller_choice import ControllerOrPolicy, controller_options
-from dmil.cli.help import Command
-from dmil.cli.measures import UNFINISHED, number
-from dmil.cli.parameters import Option
-from dmil.cli.terminal import print_json, say, show, table
+from dmil.cli.parameters import options
+from dmil.cli.terminal import UNFINISHED, number, print_json, say, show, table
 from dmil.errors import InputError, OutputError
 from dmil.experiments.trial import run_row
 from dmil.results.metrics import METRICS, RUN_TABLE
@@ -64,18 +63,12 @@ OPTIONS = (
     *SCENARIO_OPTIONS,
     *SIMULATOR_OPTIONS,
     *controller_options(many=False),
-    Option("policy", "--policy", "Controller", "FILE"),
-    Option("reward", "--reward", "Controller"),
-    Option("seed", "--seed", "Runs"),
-    Option("seeds", "--seeds", "Runs"),
-    Option("series", "--series", "Output", "FILE"),
-    Option("record", "--record", "Output", "FOLDER"),
+    *options("Controller", "policy FILE; reward"),
+    *options("Runs", "seed; seeds"),
+    *options("Output", "series FILE; record FOLDER"),
 )
 
-app = typer.Typer(add_completion=False)
 
-
-@app.command(cls=Command)
 @scenario_command("simulate", SimulateParameters, OPTIONS)
 def simulate(settings: SimulateParameters, json: bool) -> None:
     """Run one controller on one scenario and print what was measured.

@@ -1,21 +1,26 @@
-"""``dmil study``: many runs, one report."""
+"""``dmil study``: many runs, one report; how a study is run here, and what is said meanwhile."""
 
 from __future__ import annotations
 
 import os
+import time
 from pathlib import Path
 from typing import Any
 
 import typer
-from pydantic import Field
+from pydantic import BaseModel, Field
 
-from dmil.cli.choices import DEMAND_OPTIONS
+from dmil.cli.application import FAILED
+from dmil.cli.choices import DEMAND_OPTIONS, stopping
 from dmil.cli.help import Command, CommandGroup
-from dmil.cli.parameters import Option, options, part_of, set_option, settings_command, split
-from dmil.cli.study_running import RUNNING, RunningParameters, run_and_show
-from dmil.cli.terminal import say
+from dmil.cli.parameters import JOBS, Option, options, part_of, set_option, settings_command, split
+from dmil.cli.terminal import Progress, print_json, progress, say, show, show_lines, waiting
+from dmil.compilation import is_cold
 from dmil.errors import unknown_name
+from dmil.experiments.study import Study, run_study
 from dmil.experiments.tuning import load_tuned_folder
+from dmil.parallel import Executor, make_executor
+from dmil.results import Results
 from dmil.studies import (
     PRESETS,
     MemoriesStudy,
@@ -25,6 +30,96 @@ from dmil.studies import (
     RescoStudySettings,
 )
 from dmil.studies.memories import MemoriesStudySettings
+from dmil.studies.registry import terminal_of
+
+
+class RunningParameters(BaseModel):
+    """How a study is run here."""
+
+    jobs: int | None = JOBS
+    executor: str = Field(
+        "local", description="Where to run: local (processes) or ray (extra 'ray')."
+    )
+    ray_address: str | None = Field(
+        None, description="Address of a Ray cluster; by default Ray is started locally."
+    )
+    report: bool = Field(True, description="Also write the report.")
+
+    def make_executor(self) -> Executor:
+        """Make what runs it."""
+        return make_executor(self.executor, jobs=self.jobs, address=self.ray_address)
+
+
+RUNNING = (
+    *options("Running", "out DIR; jobs; executor; ray_address ADDRESS"),
+    Option("report", "--report", "Output"),
+)
+
+
+def run_and_show(study: Study[Any], settings: Any, as_json: bool) -> None:
+    """Run a study with progress, write its report, and say what came out.
+
+    Ctrl-C ends it with what is finished, by a `StoppedError`.
+    """
+    started = time.perf_counter()
+    _run(study, settings)
+    terminal = terminal_of(study.name)
+    with Results(settings.out) as results:
+        tables = terminal.tables_of(results)
+        counts = results.query("select count(*) n, count(*) filter (status <> 'ok') f from runs")
+        failures = results.query("select controller, status from runs where status <> 'ok' limit 1")
+    page = _report_of(settings.out, tables) if settings.report else None
+    wall_s = round(time.perf_counter() - started, 3)
+    count, failed = counts.row(0)
+    if as_json:
+        ending = {"wall_s": wall_s, "runs": count, "failed": failed}
+        print_json(terminal.as_json(tables) | ending | {"out": settings.out, "report": page})
+    else:
+        for part in terminal.in_terminal(tables):
+            if isinstance(part, list):
+                show_lines(part)
+            else:
+                show(part, "")
+        where = page or f"dmil report {settings.out}"
+        show("", f"{count} runs, {wall_s:.1f} s", f"Report: {where}")
+    if failed:
+        controller, status = failures.row(0)
+        say(f"{failed} runs failed, the first ({controller}) with: {status}")
+        raise typer.Exit(FAILED)
+
+
+def _run(study: Study[Any], settings: Any) -> None:
+    executor = settings.make_executor()
+    kept = f"finished runs are kept in {settings.out}; repeat the command to continue"
+    with stopping(kept), progress("blocks", first_word="starting") as advance:
+        run_study(study, settings.out, executor=executor, progress=_telling(advance))
+
+
+def _telling(advance: Progress) -> Progress:
+    """Say what happens before the first block is finished, where it takes a while."""
+    begun: list[bool] = []
+
+    def tell(done: int, total: int) -> None:
+        if not begun:
+            begun.append(True)
+            if done == total:
+                say(
+                    f"This study is already complete in the folder, all {total} blocks: nothing to "
+                    "run."
+                )
+                return
+            if is_cold():
+                say("First start: compiling the kernels once, about half a minute.")
+        advance(done, total)
+
+    return tell
+
+
+def _report_of(folder: Path, tables: Any) -> Path:
+    from dmil.studies.report import write_report
+
+    with waiting("writing the report"):
+        return write_report(folder, tables=tables)
 
 
 def _folder(name: str) -> Any:
@@ -146,10 +241,10 @@ MEMORIES_OPTIONS = (
 )
 
 
-app = typer.Typer(cls=CommandGroup, add_completion=False, invoke_without_command=True)
+study = typer.Typer(cls=CommandGroup, add_completion=False, invoke_without_command=True)
 
 
-@app.callback()
+@study.callback()
 def _studies(ctx: typer.Context) -> None:
     """Run a whole study and write its report.
 
@@ -162,7 +257,7 @@ def _studies(ctx: typer.Context) -> None:
         ctx.get_help()
 
 
-@app.command(cls=Command)
+@study.command(cls=Command)
 @settings_command("study memories", MemoriesParameters, MEMORIES_OPTIONS)
 def memories(settings: MemoriesParameters, json: bool) -> None:
     """Run the study of memories: every controller, on grids and cities, under one protocol.
@@ -185,13 +280,13 @@ def memories(settings: MemoriesParameters, json: bool) -> None:
     Ctrl-C keeps finished runs; repeat the command to continue. All results except times are
     byte-identical for any number of processes.
     """
-    study = settings.study
-    if study.data is None and not study.cells:
+    chosen = settings.study
+    if chosen.data is None and not chosen.cells:
         say(NO_CITIES)
-    run_and_show(MemoriesStudy(study), settings, json)
+    run_and_show(MemoriesStudy(chosen), settings, json)
 
 
-@app.command(cls=Command)
+@study.command(cls=Command)
 @settings_command("study paper", StudyParameters, OPTIONS)
 def paper(settings: StudyParameters, json: bool) -> None:
     """Run the paper's study: 24 architectures of memory and reward, and the baselines.
@@ -219,7 +314,7 @@ def paper(settings: StudyParameters, json: bool) -> None:
     run_and_show(PaperStudy(part_of(settings, PaperStudySettings)), settings, json)
 
 
-@app.command(cls=Command)
+@study.command(cls=Command)
 @settings_command("study resco", RescoParameters, RESCO_OPTIONS)
 def resco(settings: RescoParameters, json: bool) -> None:
     """Run the study on the RESCO benchmark: real roads, evaluated in SUMO.

@@ -87,12 +87,7 @@ def _plain(value: Any) -> Any:
 def progress(what: str, *, first_word: str = "") -> Iterator[Progress]:
     """Show how far something is: a bar with the time left, or a line every 10 % without a terminal.
 
-    Parameters
-    ----------
-    what
-        What is counted, such as "runs".
-    first_word
-        What is going on until the first one is finished.
+    ``what`` is counted, such as "runs"; the first word says what goes on until one is finished.
     """
     if messages().is_terminal:
         with _bar(what, first_word) as advance:
@@ -173,15 +168,14 @@ def waiting(text: str) -> Iterator[None]:
         yield
 
 
-def table(*heads: str, padding: tuple[int, ...] = (0, 1, 0, 0)) -> Table:
+def table(
+    *heads: str,
+    padding: tuple[int, ...] = (0, 1, 0, 0),
+    overflow: Literal["ellipsis", "fold"] = "ellipsis",
+) -> Table:
     """Return a table to be filled.
 
-    Parameters
-    ----------
-    heads
-        ``>`` before one stands for numbers at the right, ``!`` for words that are not broken.
-    padding
-        See `rich.table.Table`.
+    ``>`` before a head stands for numbers at the right, ``!`` for words that are not broken.
     """
     from rich import box
     from rich.table import Table
@@ -189,7 +183,8 @@ def table(*heads: str, padding: tuple[int, ...] = (0, 1, 0, 0)) -> Table:
     made = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=padding)  # type: ignore[arg-type]
     for head in heads:
         justify: Literal["left", "right"] = "right" if head.startswith(">") else "left"
-        made.add_column(head.lstrip(">!"), justify=justify, no_wrap=head.startswith((">", "!")))
+        whole = head.startswith((">", "!"))
+        made.add_column(head.lstrip(">!"), justify=justify, no_wrap=whole, overflow=overflow)
     return made
 
 
@@ -204,3 +199,22 @@ def entries(lines: Mapping[str, Any]) -> RenderableType:
     for name, meaning in lines.items():
         grid.add_row(Text(name, "cyan"), Text(str(meaning)))
     return grid
+
+
+UNFINISHED = (
+    "Vehicles that have not arrived count with their travel and waiting time up to the end of the "
+    "run."
+)
+
+
+def own_or_s(seconds: int | None) -> str:
+    """Write a time of `dmil.scenarios.SignalTiming`: seconds, or that each plan tells."""
+    return "as each plan says" if seconds is None else f"{seconds} s"
+
+
+def number(value: float, digits: int, sign: str = "") -> str:
+    """Return a number with a true minus sign, or a dash where there is none.
+
+    The sign "+" stands for a sign before positive numbers, too.
+    """
+    return "–" if value != value else f"{value:{sign}.{digits}f}".replace("-", "−")

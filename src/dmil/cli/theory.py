@@ -6,14 +6,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
 from rich.table import Table
 from rich.text import Text
 
-from dmil.cli.help import Command
-from dmil.cli.measures import number
-from dmil.cli.options import Debug, Json
-from dmil.cli.terminal import print_json, say, show, table
+from dmil.cli.options import OUTPUT, Debug, Json, option
+from dmil.cli.terminal import number, print_json, say, show, table
 from dmil.theory import (
     STATEMENTS,
     Condition,
@@ -25,49 +22,31 @@ from dmil.theory import (
     worst_case_limit,
 )
 
-app = typer.Typer(add_completion=False)
-
-CHOICE = "Choice"
 _MARKS = {True: ("yes", "green"), False: ("no", "red"), None: ("?", "dim")}
 
 
-def _choice(flag: str, meaning: str, default: object, metavar: str = "N") -> Any:
-    return typer.Option(
-        flag, help=meaning, metavar=metavar, show_default=str(default), rich_help_panel=CHOICE
-    )
+def _choice(meaning: str, default: object, metavar: str = "N") -> Any:
+    return option("Choice", meaning, metavar, show_default=str(default))
 
 
-@app.command(cls=Command)
 def theory(
-    actions: Annotated[int, _choice("--actions", "|A|: actions of an agent.", 8)] = 8,
+    actions: Annotated[int, _choice("|A|: actions of an agent.", 8)] = 8,
     staged_ratio: Annotated[
-        float,
-        _choice("--staged-ratio", "κ: fraction of short-term memory that is staged.", 0.5, "X"),
+        float, _choice("κ: fraction of short-term memory that is staged.", 0.5, "X")
     ] = 0.5,
-    stage_period: Annotated[
-        int, _choice("--stage-period", "T: decisions between stagings.", 16)
-    ] = 16,
-    stagings: Annotated[
-        int, _choice("--stagings", "n: stagings so far, for the worst case.", 10)
-    ] = 10,
+    stage_period: Annotated[int, _choice("T: decisions between stagings.", 16)] = 16,
+    stagings: Annotated[int, _choice("n: stagings so far, for the worst case.", 10)] = 10,
     distinct_states: Annotated[
-        int, _choice("--distinct-states", "M: distinct states met, for the best case.", 100)
+        int, _choice("M: distinct states met, for the best case.", 100)
     ] = 100,
     statements: Annotated[
         bool,
-        typer.Option(
-            "--statements",
-            help="Print each statement of the paper and what is true of it.",
-            rich_help_panel="Output",
+        option(
+            OUTPUT, "Print each statement of the paper and what is true of it.", flag="--statements"
         ),
     ] = False,
     plot: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Draw the ratios to a file: .svg, .png, .pdf or .html.",
-            rich_help_panel="Output",
-        ),
+        Path | None, option(OUTPUT, "Draw the ratios to a file: .svg, .png, .pdf or .html.", "FILE")
     ] = None,
     json: Json = False,
     debug: Debug = False,

@@ -6,24 +6,23 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import typer
 from pydantic import Field
 
 from dmil.cli.application import StoppedError
-from dmil.cli.building import built, compile_first, stopping
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS,
     RewardChoice,
     SimulatorChoice,
+    built,
+    compile_first,
     recipe_of,
     scenario_command,
+    stopping,
 )
 from dmil.cli.controller_choice import ControllerChoice, controller_options
-from dmil.cli.help import Command
-from dmil.cli.measures import number
 from dmil.cli.parameters import Option, options
-from dmil.cli.terminal import print_json, say, show, waiting
+from dmil.cli.terminal import number, print_json, say, show, waiting
 from dmil.cli.train_verdict import as_json, judged, verdict
 from dmil.controllers import CONTROLLERS, MemoryController, make_controller
 from dmil.errors import InputError
@@ -95,15 +94,10 @@ OPTIONS = (
     *controller_options(many=False),
     Option("tuned", "--tuned", "Controller", "FILE"),
     *options("Training", "reward; episodes; seed; prior; resume FILE"),
-    Option("compare", "--compare", "Output"),
-    Option("out", "--out", "Output", "FILE"),
-    Option("log", "--log", "Output", "FILE"),
+    *options("Output", "compare; out FILE; log FILE"),
 )
 
-app = typer.Typer(add_completion=False)
 
-
-@app.command(cls=Command)
 @scenario_command("train", TrainParameters, OPTIONS)
 def train(settings: TrainParameters, json: bool) -> None:
     """Train a controller and save its policy to a file.
@@ -145,9 +139,10 @@ def train(settings: TrainParameters, json: bool) -> None:
     # A row may be in the log whose policy is not saved yet: --resume writes it anew.
     log = [TrainingLog(settings.log, done)] if settings.log else []
     compile_first()
+    entry = CONTROLLERS.get(settings.controller.name)
     if before is not None:
         controller = controller_of(before, scenario.network, where=str(settings.resume))
-    elif settings.prior and _begins_from_prior(settings.controller.name):
+    elif settings.prior and entry is not None and entry.from_prior:
         with waiting("pretraining the Q-table"):
             announced = bool(options.get("announced", False))
             prior = train_prior(
@@ -246,10 +241,6 @@ def _resumed(settings: TrainParameters, policy: Policy, where: str) -> TrainPara
                 expected="the same, or none: only --episodes, --out and --log can be new",
             )
     return trained.model_copy(update={name: getattr(settings, name) for name in new})
-
-
-def _begins_from_prior(name: str) -> bool:
-    return name in CONTROLLERS and CONTROLLERS[name].from_prior
 
 
 def _as_tuned(settings: TrainParameters, path: Path) -> TrainParameters:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from dmil.cli.measures import number
+from dmil.cli.terminal import number
 from dmil.controllers.variants import parse_variant
 from dmil.experiments.answer import METRIC
 from dmil.experiments.comparison import Comparison, compare, has_same_demand

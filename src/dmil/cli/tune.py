@@ -5,24 +5,23 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import typer
 from pydantic import Field
 
-from dmil.cli.building import built, compile_first, stopping
 from dmil.cli.choices import (
     SCENARIO_OPTIONS,
     SIMULATOR_OPTIONS,
     RewardChoice,
     SimulatorChoice,
+    built,
+    compile_first,
     complete_scenario,
     recipe_of,
     scenario_command,
+    stopping,
 )
 from dmil.cli.controller_choice import Controllers, controller_options
-from dmil.cli.help import Command
-from dmil.cli.measures import number
 from dmil.cli.parameters import JOBS, Option, options, part_of
-from dmil.cli.terminal import print_json, progress, say, show
+from dmil.cli.terminal import number, print_json, progress, say, show
 from dmil.controllers.variants import Variant
 from dmil.errors import InputError
 from dmil.experiments.tuning import Tuned, TuningSettings, check_tuning, planned_tuning
@@ -64,10 +63,7 @@ OPTIONS = (
     Option("out", "--out", "Output", "FOLDER"),
 )
 
-app = typer.Typer(add_completion=False)
 
-
-@app.command(cls=Command)
 @scenario_command("tune", TuneParameters, OPTIONS, complete_scenario)
 def tune(settings: TuneParameters, json: bool) -> None:
     """Tune options of controllers on tuning seeds, with the same budget for each.

@@ -5,9 +5,6 @@ from __future__ import annotations
 import platform
 from importlib import metadata
 
-import typer
-
-from dmil.cli.help import Command
 from dmil.cli.options import Debug, Json
 from dmil.cli.terminal import print_json, show
 from dmil.version import __version__
@@ -31,10 +28,7 @@ EXTRAS = {
 }
 """Optional extras and the packages that make each."""
 
-app = typer.Typer(add_completion=False)
 
-
-@app.command(cls=Command)
 def version(json: Json = False, debug: Debug = False) -> None:
     """Print the versions of dmil, Python, its dependencies and installed extras.
 

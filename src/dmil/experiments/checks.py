@@ -44,14 +44,7 @@ def distinct(names: tuple[str, ...]) -> tuple[str, ...]:
 def check_left_open(
     fixed: Collection[str] = frozenset(SET_BY_THE_STUDY), **agents: BaseModel
 ) -> None:
-    """Check that settings of agents leave alone what the study itself sets.
-
-    Parameters
-    ----------
-    fixed
-        Fields that the study sets.
-    agents
-        Name in the study's settings to the agent's settings.
+    """Check that settings of agents, named as in the study's, leave alone what it sets itself.
 
     Raises
     ------

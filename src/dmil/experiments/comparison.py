@@ -37,15 +37,7 @@ CALLS = count()
 
 @dataclass(frozen=True, slots=True)
 class Locked:
-    """A junction that stood still until the end of a run, see `dmil.training.flow.locks`.
-
-    Attributes
-    ----------
-    junction: str
-        Id of the intersection.
-    since_s: int
-        From this second on.
-    """
+    """An intersection, by its id, that stood still from a second on, see `locks`."""
 
     junction: str
     since_s: int
@@ -99,15 +91,7 @@ class Comparison:
         return self._of_this_day(estimate)
 
     def difference(self, measure: str, reference: str | None = None) -> Estimate | None:
-        """Return the paired difference to a reference, None if there is none.
-
-        Parameters
-        ----------
-        measure
-            Of what.
-        reference
-            Label of another contender than the comparison's own reference.
-        """
+        """Return the paired difference to the reference, or to another label; None without."""
         label = reference or self.reference
         if self.withheld or label not in self.labels:
             return None
@@ -158,22 +142,9 @@ def compare(
 ) -> Comparison:
     """Run every contender in every seed, on the same vehicles in a seed.
 
-    Parameters
-    ----------
-    recipe
-        Where.
-    contenders
-        Who; every run begins with what the contender had learned before, so seeds are independent.
-    seeds
-        Test seeds.
-    simulator, emissions
-        See `dmil.simulation.make_simulator`.
-    reference
-        Label of the contender that differences are taken to.
-    executor
-        Where runs happen; processes of this machine by default.
-    progress
-        Called with the number of finished runs and of all.
+    Every run begins with what the contender had learned before, so seeds are independent. Runs
+    happen in processes of this machine by default. ``progress`` is called with the number of
+    finished runs and of all; for the simulator see `dmil.simulation.make_simulator`.
     """
     made = recipe.build()
     for contender in contenders:
@@ -243,14 +214,8 @@ def place_of(
 ) -> tuple[Scenario, Simulator]:
     """Return scenario and simulator for many runs: what is derived from a network is kept with it.
 
-    Parameters
-    ----------
-    recipe
-        The scenario, as JSON.
-    name, emissions
-        See `dmil.simulation.make_simulator`.
-    call
-        Number of the comparison or tuning: files may change between two.
+    The recipe is JSON; the number of the comparison or tuning is there because files may change
+    between two.
     """
     scenario = ScenarioRecipe.model_validate_json(recipe).build()
     return scenario, make_simulator(scenario, name, emissions=emissions)

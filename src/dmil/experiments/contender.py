@@ -21,18 +21,10 @@ FROZEN = {"learning": False, "epsilon": 0.0}
 
 @dataclass(frozen=True, slots=True)
 class Contender:
-    """One controller of a comparison.
+    """One controller of a comparison, under the label that tables show.
 
-    Parameters
-    ----------
-    label
-        What the table calls it.
-    variant
-        Controller with its options, which go over those of the policy.
-    policy
-        File that it was saved in, if it was trained.
-    reward, reward_constants
-        What it gets if it learns, see `dmil.rewards.make_reward`.
+    A policy is the file of one that was trained: the variant's options go over its own. The reward
+    is what it gets if it learns, see `dmil.rewards.make_reward`.
     """
 
     label: str
@@ -69,15 +61,7 @@ def frozen_copy(learner: MemoryController, network: RoadNetwork, variant: Varian
 
 
 def accepted(controller: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those of some options that a controller has.
-
-    Parameters
-    ----------
-    controller
-        Its name, or the import path of one of the user's own.
-    options
-        Such as those that freeze a learner.
-    """
+    """Return those of some options that a controller, by name or import path, has."""
     known: Collection[str] = options  # making it will say what is wrong with it
     if controller in CONTROLLERS:
         settings = CONTROLLERS[controller].settings

@@ -27,14 +27,9 @@ Trial = TypeVar("Trial")
 
 
 class StudyStore:
-    """One study in one folder; use it as a context manager.
+    """One study in one folder, made if missing; use it as a context manager.
 
-    Parameters
-    ----------
-    folder
-        Where; made if missing.
-    identity
-        What the study is, as JSON: a folder with another one is refused.
+    The identity is JSON that says what the study is: a folder with another one is refused.
 
     Raises
     ------
@@ -53,7 +48,8 @@ class StudyStore:
         self._check()
         self._lock = held(self.folder / LOCK_FILE, where=self.folder, work="study")
         self._lock.__enter__()
-        self._write_json(IDENTITY_FILE, self.identity)
+        text = json.dumps(self.identity, indent=2, sort_keys=True) + "\n"
+        write_text_atomically(self.folder / IDENTITY_FILE, text)
         return self
 
     def __exit__(self, *exception: object) -> None:
@@ -93,7 +89,8 @@ class StudyStore:
         # The runs last: a trial counts as finished only when all files are there.
         for table in reversed(TABLES):
             rows = [row for result in self._waiting for row in getattr(result, table)]
-            self._write_part(f"{table}-{name}", pl.DataFrame(rows, schema=TABLES[table].schema))
+            frame = pl.DataFrame(rows, schema=TABLES[table].schema)
+            write_atomically(self._parts / f"{table}-{name}.parquet", frame.write_parquet)
         self._waiting = []
 
     def finish(self, manifest: dict[str, Any]) -> None:
@@ -129,8 +126,9 @@ class StudyStore:
             raise OutputError(
                 f"cannot be read ({error})", where=str(path), mend="choose another --out"
             ) from None
-        if found != json.loads(json.dumps(self.identity)):
-            different = _different(found, json.loads(json.dumps(self.identity)))
+        wanted = json.loads(json.dumps(self.identity))
+        if found != wanted:
+            different = _different(found, wanted)
             raise OutputError(
                 f"it holds another study, with other {', '.join(different)}",
                 where=str(self.folder),
@@ -139,13 +137,6 @@ class StudyStore:
 
     def _part_files(self, table: str) -> list[Path]:
         return sorted(self._parts.glob(f"{table}-*.parquet"))
-
-    def _write_part(self, name: str, frame: pl.DataFrame) -> None:
-        write_atomically(self._parts / f"{name}.parquet", frame.write_parquet)
-
-    def _write_json(self, name: str, value: dict[str, Any]) -> None:
-        text = json.dumps(value, indent=2, sort_keys=True) + "\n"
-        write_text_atomically(self.folder / name, text)
 
 
 def _read(path: Path, columns: list[str] | None = None) -> pl.DataFrame:

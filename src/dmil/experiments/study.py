@@ -46,14 +46,8 @@ class Study(Protocol[Trial]):
     """What a study is: all its trials, and how one of them is run.
 
     A trial is what is kept as a whole: one run, or several that share their demand or training. It
-    is a data class whose fields are columns of the table of runs, and tell trials apart.
-
-    Attributes
-    ----------
-    name: str
-        What its results say they are of.
-    settings: pydantic.BaseModel
-        Every number of it.
+    is a data class whose fields are columns of the table of runs, and tell trials apart. Results
+    say the study's name.
     """
 
     name: ClassVar[str]
@@ -143,20 +137,8 @@ def run_trials(
 ) -> int:
     """Run the trials of a plan that are not kept yet; keep each result as it comes.
 
-    Parameters
-    ----------
-    plan
-        All trials.
-    store
-        Where results stay.
-    prepare
-        Makes what runs a trial; not called if none is left.
-    executor, progress
-        See `run_study`.
-
-    Returns
-    -------
-    How many were kept before.
+    ``prepare`` makes what runs a trial; it is not called if none is left. Return how many were kept
+    before.
     """
     executor, progress = executor or LocalExecutor(), progress or _silent
     todo = store.left(plan)

@@ -20,15 +20,7 @@ SIMULATOR = "queue"
 
 @dataclass(frozen=True, slots=True)
 class TrialResult:
-    """Rows for the tables of results.
-
-    Attributes
-    ----------
-    trial: data class
-        Which; see `dmil.experiments.study.Study`.
-    runs, series, episodes, lookups, timings: lists of rows
-        See `dmil.results.schema`.
-    """
+    """Rows for the tables of results (`dmil.results.schema`) that a trial gave."""
 
     trial: Any
     runs: list[Row]

@@ -45,13 +45,8 @@ def compile_kernels(executor: Executor | None = None) -> None:
     """Run a miniature of all studies if the kernels are not compiled yet.
 
     Without it every worker process of a first start would compile the same kernels. Those that the
-    memory-based agents alone have, more than half, are compiled beside the others.
-
-    Parameters
-    ----------
-    executor
-        Where the runs happen. Processes of this machine do it, one per core by default; for runs
-        elsewhere this process does it.
+    memory-based agents alone have, more than half, are compiled beside the others, in processes of
+    this machine; where runs happen elsewhere, this process does it.
     """
     if not is_cold():
         return

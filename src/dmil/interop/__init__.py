@@ -12,10 +12,9 @@ except ImportError:
     raise MissingExtraError("zoo") from None
 
 from dmil.interop import traffic_v0
-from dmil.interop.intersection import IntersectionEnv
+from dmil.interop.intersection import ENVIRONMENTS, IntersectionEnv, register_environments
 from dmil.interop.layout import VectorLayout
 from dmil.interop.policies import ControllerPolicy, PredictController
-from dmil.interop.registration import ENVIRONMENTS, register_environments
 from dmil.interop.traffic_v0 import TrafficEnv, env, parallel_env
 
 register_environments()

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from gymnasium import logger
 
 from dmil.errors import InputError, unknown_name
 from dmil.interop.layout import FloatArray, VectorLayout
@@ -31,30 +32,7 @@ never among them."""
 
 
 class Episodes:
-    """Episodes of a scenario, one after the other.
-
-    Parameters
-    ----------
-    made
-        Name of the scenario, or a scenario.
-    simulator
-        Name of the simulator, or a function that makes one for a scenario.
-    reward
-        Name or import path of the reward, or a function as `dmil.rewards.Reward` describes.
-    horizon_s
-        Length of an episode; by default the scenario's own.
-    load
-        Factor on the demand.
-    padded
-        Whether all agents get vectors and actions of equal length.
-    render_mode
-        ``"rgb_array"`` or None.
-
-    Raises
-    ------
-    InputError
-        If there is no such scenario, simulator, reward or render mode.
-    """
+    """Episodes of a scenario, one after the other; for parameters and errors see `TrafficEnv`."""
 
     def __init__(
         self,
@@ -87,13 +65,7 @@ class Episodes:
 
     @property
     def observation(self) -> Observation:
-        """What is seen now.
-
-        Raises
-        ------
-        InputError
-            If there has been no reset yet.
-        """
+        """What is seen now; an `InputError` before the first reset."""
         if self._observation is None:
             raise InputError(
                 "no episode has begun", where=self.scenario.name, mend="call reset first"
@@ -115,11 +87,7 @@ class Episodes:
         self._waited_veh_s = np.zeros(len(self.ids), np.int64)
 
     def advance(self, actions: Sequence[Any]) -> npt.NDArray[np.float64]:
-        """Show one phase per intersection for an interval; return the rewards.
-
-        Returns
-        -------
-        rewards: (intersections,) float64
+        """Show one phase per intersection for an interval; return the (intersections,) rewards.
 
         Raises
         ------
@@ -161,28 +129,19 @@ class Episodes:
 
     def infos(self) -> list[dict[str, Any]]:
         """Return what is to be known about every intersection; at the horizon the metrics, too."""
-        seen = self.observation
-        over = self.over
+        seen, over = self.observation, self.over
         times = signal_times(self.scenario.timing, self.scenario.network)
         masks = self.layout.masks(seen, times.min_green_s, times.max_green_s)
-        columns = zip(
-            masks,
-            seen.queue_veh.sum(axis=1).tolist(),
-            self._waited_veh_s.tolist(),
-            seen.phase.tolist(),
-            seen.phase_elapsed_s.tolist(),
-            self._overruled.tolist(),
-            strict=True,
-        )
-        names = (
-            "action_mask",
-            "queue_veh",
-            "waited_veh_s",
-            "phase",
-            "phase_elapsed_s",
-            "overruled",
-        )
-        infos = [dict(zip(names, values, strict=True)) for values in columns]
+        columns: dict[str, list[Any]] = {
+            "action_mask": masks,
+            "queue_veh": seen.queue_veh.sum(axis=1).tolist(),
+            "waited_veh_s": self._waited_veh_s.tolist(),
+            "phase": seen.phase.tolist(),
+            "phase_elapsed_s": seen.phase_elapsed_s.tolist(),
+            "overruled": self._overruled.tolist(),
+        }
+        rows = zip(*columns.values(), strict=True)
+        infos: list[dict[str, Any]] = [dict(zip(columns, row, strict=True)) for row in rows]
         measures = self.measures() if over else {}
         for info in infos:
             info["time_s"], info["seed"] = seen.time_s, self.seed
@@ -196,8 +155,11 @@ class Episodes:
         found = {name: float(getattr(measures, name)) for name in JUDGED}
         return {name: value for name, value in found.items() if not math.isnan(value)}
 
-    def render(self) -> npt.NDArray[np.uint8]:
+    def render(self) -> npt.NDArray[np.uint8] | None:
         """Draw what is seen now: (height, width, 3) uint8."""
+        if self.render_mode is None:
+            logger.warn("render() was called without render_mode='rgb_array'")
+            return None
         if self._picture is None:
             self._picture = Picture(self.scenario.network)
         return self._picture.draw(self.observation, self.scenario.name)
@@ -207,6 +169,24 @@ class Episodes:
         close = getattr(self.simulator, "close", None)
         if close:
             close()
+
+
+class OfEpisodes:
+    """What the environments of both interfaces do in the same way."""
+
+    episodes: Episodes
+
+    def render(self) -> npt.NDArray[np.uint8] | None:
+        """Draw the network as it stands: (height, width, 3) uint8."""
+        return self.episodes.render()
+
+    def close(self) -> None:
+        """End the simulator; may be called more than once."""
+        self.episodes.close()
+
+    def _begin(self, seed: int | None, rng: np.random.Generator) -> None:
+        """Begin the episode of a seed, or of one that is drawn."""
+        self.episodes.begin(int(rng.integers(MOST_DRAWN_SEED)) if seed is None else int(seed))
 
 
 def _scenario(made: str | Scenario, horizon_s: int | None, load: float) -> Scenario:

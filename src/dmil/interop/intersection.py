@@ -1,4 +1,4 @@
-"""Gymnasium environment: one intersection."""
+"""Gymnasium environment: one intersection, and the names under which Gymnasium finds it."""
 
 from __future__ import annotations
 
@@ -7,19 +7,17 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-import numpy.typing as npt
-from gymnasium import logger
 from gymnasium.spaces import Box, Discrete
 
 from dmil.errors import InputError
-from dmil.interop.episodes import MOST_DRAWN_SEED, RENDER_FPS, RENDER_MODES, Episodes
+from dmil.interop.episodes import RENDER_FPS, RENDER_MODES, Episodes, OfEpisodes
 from dmil.interop.layout import FloatArray
 from dmil.rewards import Reward
 from dmil.scenarios import Scenario
 from dmil.simulation import Simulator
 
 
-class IntersectionEnv(gymnasium.Env):  # type: ignore[misc]  # mypy skips Gymnasium
+class IntersectionEnv(OfEpisodes, gymnasium.Env):  # type: ignore[misc]  # mypy skips Gymnasium
     """The one intersection of a scenario (Gymnasium's interface).
 
     It sees a vector (`VectorLayout`) and chooses one of its phases; at the horizon the episode is
@@ -98,9 +96,7 @@ class IntersectionEnv(gymnasium.Env):  # type: ignore[misc]  # mypy skips Gymnas
             There are none.
         """
         super().reset(seed=seed)
-        self.episodes.begin(
-            int(self.np_random.integers(MOST_DRAWN_SEED)) if seed is None else int(seed)
-        )
+        self._begin(seed, self.np_random)
         return self.episodes.vectors()[0], self.episodes.infos()[0]
 
     def step(self, action: Any) -> tuple[FloatArray, float, bool, bool, dict[str, Any]]:
@@ -111,22 +107,26 @@ class IntersectionEnv(gymnasium.Env):  # type: ignore[misc]  # mypy skips Gymnas
         InputError
             If there is no such phase, or no episode is under way.
         """
-        reward = float(self.episodes.advance([action])[0])
-        return (
-            self.episodes.vectors()[0],
-            reward,
-            False,
-            self.episodes.over,
-            self.episodes.infos()[0],
-        )
+        episodes = self.episodes
+        reward = float(episodes.advance([action])[0])
+        return episodes.vectors()[0], reward, False, episodes.over, episodes.infos()[0]
 
-    def render(self) -> npt.NDArray[np.uint8] | None:
-        """Draw the intersection as it stands: (height, width, 3) uint8."""
-        if self.render_mode is None:
-            logger.warn("render() was called without render_mode='rgb_array'")
-            return None
-        return self.episodes.render()
 
-    def close(self) -> None:
-        """End the simulator; may be called more than once."""
-        self.episodes.close()
+SINGLE = {"1x1": "grid:1x1", "Cologne1": "resco/cologne1", "Ingolstadt1": "resco/ingolstadt1"}
+"""Scenarios with one intersection, by what they are called in a registered name."""
+
+ENVIRONMENTS: dict[str, dict[str, str]] = {
+    f"dmil/{simulator.capitalize()}{called}-v0": {"scenario": scenario, "simulator": simulator}
+    for simulator in ("queue", "sumo")
+    for called, scenario in SINGLE.items()
+}
+"""The registered names and what they stand for; other parameters go to ``gymnasium.make``."""
+
+
+def register_environments() -> None:
+    """Make the names known to Gymnasium; nothing happens if they are."""
+    for name, options in ENVIRONMENTS.items():
+        if name not in gymnasium.registry:
+            gymnasium.register(
+                name, entry_point="dmil.interop.intersection:IntersectionEnv", kwargs=dict(options)
+            )

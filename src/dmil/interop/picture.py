@@ -57,18 +57,9 @@ class Picture:
         self._lay_roads(self._brush_of(self._empty))
 
     def draw(self, observation: Observation, title: str) -> npt.NDArray[np.uint8]:
-        """Draw one moment.
+        """Draw one moment: (height, width, 3) uint8.
 
-        Parameters
-        ----------
-        observation
-            What is seen.
-        title
-            Stands above the picture, with the time and the number of vehicles that wait.
-
-        Returns
-        -------
-        picture: (height, width, 3) uint8
+        Above it stand a title, the time and the number of vehicles that wait.
         """
         picture = self._empty.copy()
         brush = self._brush_of(picture)

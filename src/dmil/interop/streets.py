@@ -22,14 +22,7 @@ long, so that networks of short links show their queues, too."""
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """A piece of road.
-
-    Attributes
-    ----------
-    corners: (corners, 2) float64
-    signalled: bool
-        Whether it belongs to an intersection or leads to or from one.
-    """
+    """A piece of road by its (corners, 2) float64; signalled if at, to or from an intersection."""
 
     corners: Points
     signalled: bool

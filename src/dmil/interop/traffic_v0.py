@@ -6,15 +6,13 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
-from gymnasium import logger
 from gymnasium.spaces import Box, Discrete
 from gymnasium.utils.seeding import np_random
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils.conversions import parallel_to_aec
 
 from dmil.errors import InputError, unknown_name
-from dmil.interop.episodes import MOST_DRAWN_SEED, RENDER_FPS, RENDER_MODES, Episodes
+from dmil.interop.episodes import RENDER_FPS, RENDER_MODES, Episodes, OfEpisodes
 from dmil.interop.layout import FloatArray
 from dmil.rewards import Reward
 from dmil.scenarios import Scenario
@@ -23,12 +21,36 @@ from dmil.simulation import Simulator
 Infos = dict[str, dict[str, Any]]
 
 
-class TrafficEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo is not typed
+class TrafficEnv(OfEpisodes, ParallelEnv):  # type: ignore[misc]  # PettingZoo is not typed
     """All intersections of a scenario decide at once (PettingZoo's parallel interface).
 
     Agents are the ids of the intersections. An agent sees a vector (`VectorLayout`) and chooses
     one of its phases. At the horizon all agents are truncated: the task goes on, it is no terminal
-    state. Parameters are those of `parallel_env`.
+    state.
+
+    Parameters
+    ----------
+    scenario
+        Name of a scenario, such as ``grid:5x5``, or a scenario.
+    simulator
+        Name of the simulator (`dmil.simulation.SIMULATORS`), or a function that makes one for a
+        scenario.
+    reward
+        Name or import path of the reward, or a function as `dmil.rewards.Reward` describes.
+    horizon_s
+        Length of an episode in s; by default the scenario's own.
+    load
+        Factor on the demand.
+    padded
+        Give all agents vectors and action spaces of equal size, for algorithms that share their
+        parameters; what an agent does not have is 0 in its vector and in its action mask.
+    render_mode
+        ``"rgb_array"`` for pictures, or None.
+
+    Raises
+    ------
+    InputError
+        If there is no such scenario, simulator, reward or render mode.
     """
 
     metadata = {  # noqa: RUF012  PettingZoo's own declaration
@@ -98,7 +120,7 @@ class TrafficEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo is not typed
         """
         if self._rng is None or seed is not None:
             self._rng, _ = np_random(seed)
-        self.episodes.begin(int(self._rng.integers(MOST_DRAWN_SEED)) if seed is None else int(seed))
+        self._begin(seed, self._rng)
         self.agents = self.possible_agents.copy()
         return self._by_agent(self.episodes.vectors()), self._by_agent(self.episodes.infos())
 
@@ -147,17 +169,6 @@ class TrafficEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo is not typed
         """Return the vectors of all agents, one after the other."""
         return np.concatenate(self.episodes.vectors())
 
-    def render(self) -> npt.NDArray[np.uint8] | None:
-        """Draw the network as it stands: (height, width, 3) uint8."""
-        if self.render_mode is None:
-            logger.warn("render() was called without render_mode='rgb_array'")
-            return None
-        return self.episodes.render()
-
-    def close(self) -> None:
-        """End the simulator; may be called more than once."""
-        self.episodes.close()
-
     def __enter__(self) -> TrafficEnv:
         return self
 
@@ -165,51 +176,8 @@ class TrafficEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo is not typed
         self.close()
 
 
-def parallel_env(
-    scenario: str | Scenario = "grid:3x3",
-    simulator: str | Callable[[Scenario], Simulator] = "queue",
-    reward: str | Reward = "queue",
-    *,
-    horizon_s: int | None = None,
-    load: float = 1.0,
-    padded: bool = False,
-    render_mode: str | None = None,
-) -> TrafficEnv:
-    """Make a PettingZoo environment in which all agents decide at once.
-
-    Parameters
-    ----------
-    scenario
-        Name of a scenario, such as ``grid:5x5``, or a scenario.
-    simulator
-        Name of the simulator (`dmil.simulation.SIMULATORS`), or a function that makes one for a
-        scenario.
-    reward
-        Name or import path of the reward, or a function as `dmil.rewards.Reward` describes.
-    horizon_s
-        Length of an episode in s; by default the scenario's own.
-    load
-        Factor on the demand.
-    padded
-        Give all agents vectors and action spaces of equal size, for algorithms that share their
-        parameters; what an agent does not have is 0 in its vector and in its action mask.
-    render_mode
-        ``"rgb_array"`` for pictures, or None.
-
-    Raises
-    ------
-    InputError
-        If there is no such scenario, simulator, reward or render mode.
-    """
-    return TrafficEnv(
-        scenario,
-        simulator,
-        reward,
-        horizon_s=horizon_s,
-        load=load,
-        padded=padded,
-        render_mode=render_mode,
-    )
+parallel_env = TrafficEnv
+"""Makes a PettingZoo environment in which all agents decide at once, as PettingZoo calls it."""
 
 
 def env(

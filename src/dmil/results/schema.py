@@ -162,7 +162,6 @@ TIMINGS: tuple[Column, ...] = (
 #: Column name to polars type, for ``pl.DataFrame(rows, schema=RUNS_SCHEMA)``.
 RUNS_SCHEMA: dict[str, pl.DataType] = {column.name: column.dtype for column in RUNS}
 SERIES_SCHEMA: dict[str, pl.DataType] = {column.name: column.dtype for column in SERIES}
-EPISODES_SCHEMA: dict[str, pl.DataType] = {column.name: column.dtype for column in EPISODES}
 
 
 def _key(columns: tuple[Column, ...], last: str) -> tuple[str, ...]:

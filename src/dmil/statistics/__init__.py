@@ -2,13 +2,14 @@
 
 from dmil.statistics.bootstrap import (
     Estimate,
+    Profile,
     interval_levels,
     mean_interval,
     paired_difference,
     paired_ratio_of_ratios,
+    performance_profile,
     probability_of_improvement,
 )
-from dmil.statistics.profiles import Profile, performance_profile
 from dmil.statistics.signed_rank import SignedRankTests, holm, signed_rank_tests
 from dmil.statistics.summaries import interquartile_mean, standard_deviation, wins
 

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dmil.statistics.bootstrap import Tasks, all_tasks
-
-Values = NDArray[np.float64]
+from dmil.statistics.summaries import Values
 
 
 @dataclass(frozen=True, slots=True)

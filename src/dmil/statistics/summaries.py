@@ -56,7 +56,7 @@ def standard_deviation(values: Values) -> Values:
 
 
 def resampled_means(values: Values, counts: Values) -> Values:
-    """Return the mean of every column in every resample (ours).
+    """Return the (columns, resamples) mean of every column in every resample (ours).
 
     Parameters
     ----------
@@ -65,29 +65,16 @@ def resampled_means(values: Values, counts: Values) -> Values:
     counts
         (runs, resamples): how often each run was drawn; whole numbers, every column with the sum
         ``runs``.
-
-    Returns
-    -------
-    (columns, resamples)
     """
     means: Values = values.T @ counts / len(values)
     return means
 
 
 def resampled_interquartile_means(values: Values, counts: Values) -> Values:
-    """Return the interquartile mean of every column in every resample (ours).
+    """Return what `resampled_means` does, for interquartile means (ours).
 
     With the runs in order, the counts summed up to each run and cut to the middle half say how much
     of the middle half has come by then; the differences are what each run has of it.
-
-    Parameters
-    ----------
-    values, counts
-        See `resampled_means`.
-
-    Returns
-    -------
-    (columns, resamples)
     """
     runs, cut = len(values), int(CUT * len(values))
     found = np.empty((values.shape[1], counts.shape[1]))

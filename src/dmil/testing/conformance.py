@@ -50,12 +50,7 @@ class ConformanceError(AssertionError):
 class Witness:
     """Says what is checked and where, so that a rule is checked in one line.
 
-    Attributes
-    ----------
-    subject: str
-        Name of what is checked.
-    where: str
-        Place, kept up to date by whoever checks.
+    The place is kept up to date by whoever checks.
     """
 
     subject: str
@@ -69,6 +64,19 @@ class Witness:
         """Raise a `ConformanceError` unless something holds."""
         if not holds:
             self.fail(rule, found, expected)
+
+    def expect_same(
+        self,
+        rule: StrEnum,
+        before: object,
+        after: object,
+        name: str,
+        found: str = "asked twice, {}",
+        expected: str = "equal answers",
+    ) -> None:
+        """Raise a `ConformanceError` if two values differ; ``{}`` is where, see `difference`."""
+        change = difference(before, after, name)
+        self.expect(change is None, rule, found.format(change), expected)
 
     @contextmanager
     def no_exception(self, rule: StrEnum, call: str) -> Iterator[None]:
@@ -87,8 +95,9 @@ class Witness:
         before = copy.deepcopy(given)
         yield
         for name, value in given.items():
-            change = difference(before[name], value, name)
-            self.expect(change is None, rule, f"it changed {change}", f"{name} is only read")
+            self.expect_same(
+                rule, before[name], value, name, "it changed {}", f"{name} is only read"
+            )
 
     @contextmanager
     def no_global_chance(self, rule: StrEnum) -> Iterator[None]:
@@ -106,12 +115,7 @@ class Witness:
 def difference(before: object, after: object, name: str) -> str | None:
     """Say where two values differ in type, shape or number; None if nowhere.
 
-    Parameters
-    ----------
-    before, after
-        Numbers, arrays, and mappings, sequences and data classes of them.
-    name
-        What to call them.
+    They are numbers, arrays, or mappings, sequences and data classes of them, under a name.
     """
     if type(before) is not type(after):
         return f"{name}: {type(before).__name__} became {type(after).__name__}"

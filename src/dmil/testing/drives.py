@@ -11,9 +11,10 @@ import numpy.typing as npt
 
 from dmil.demand import Vehicles
 from dmil.simulation import Measures, Observation, Simulator
-from dmil.testing.conformance import Witness, array_in_words, difference
+from dmil.testing.conformance import Witness, array_in_words
 
 PhaseArray = npt.NDArray[np.int32]
+Seen = tuple[Observation, Measures]
 
 GROWING = (
     "spawned_veh",
@@ -70,19 +71,7 @@ def made(make: Callable[[], object], witness: Witness) -> Simulator:
 
 
 class Drive:
-    """One run, in which every step is checked.
-
-    Parameters
-    ----------
-    simulator
-        The one to watch.
-    witness
-        Who complains.
-    vehicles
-        All journeys.
-    label
-        Which run it is, for the error.
-    """
+    """One run, in which every step is checked; its label says in errors which it is."""
 
     def __init__(
         self, simulator: Simulator, witness: Witness, vehicles: Vehicles, label: str
@@ -96,22 +85,18 @@ class Drive:
             witness.no_change(SimulatorRule.INPUTS, vehicles=vehicles),
         ):
             shown, counted = simulator.reset(vehicles, 0), simulator.measures()
-        self._returned: list[tuple[Observation, Measures]] = []
-        self.seen: list[tuple[Observation, Measures]] = []
+        self._returned: list[Seen] = []
+        self.seen: list[Seen] = []
         self._keep(shown, counted)
         self._check_begin(shown)
         self._check_observation(shown)
         self._check_measures(shown, counted)
 
-    def to_the_end(self, phases: PhaseArray) -> None:
-        """Show phases one decision after the other.
-
-        Parameters
-        ----------
-        phases: (decisions, intersections) int32
-        """
+    def to_the_end(self, phases: PhaseArray) -> Drive:
+        """Show (decisions, intersections) int32 phases one decision after the other."""
         for choice in phases:
             self.advance(choice)
+        return self
 
     def advance(self, phases: PhaseArray) -> None:
         """Show phases for one interval."""
@@ -132,33 +117,24 @@ class Drive:
         witness.expect(after.time_s == end_s, SimulatorRule.TIME, f"{after.time_s} s", f"{end_s} s")
         self._check_measures(after, counted)
         self._check_growth(counted_before, counted)
-        change = difference(counted, counted_again, "measures()")
-        witness.expect(
-            change is None, SimulatorRule.MEASURES, f"asked twice, {change}", "equal answers"
-        )
+        witness.expect_same(SimulatorRule.MEASURES, counted, counted_again, "measures()")
 
     def expect_equal(self, model: Drive, rule: SimulatorRule) -> None:
         """Check that everything seen is as it was in another run."""
-        pairs = zip(model.seen, self.seen, strict=True)
-        for k, ((observation, counted), (observation_now, counted_now)) in enumerate(pairs):
-            self._place(f"after {k} decisions ({observation.time_s} s)")
-            change = difference(observation, observation_now, "observation")
-            change = change or difference(counted, counted_now, "measures()")
-            self._witness.expect(change is None, rule, str(change), f"as in {model._label}")
+        self._expect_same(rule, model.seen, self.seen, "{}", f"as in {model._label}")
 
     def expect_untouched(self) -> None:
         """Check that what was returned is as it was when it was returned."""
-        pairs = zip(self.seen, self._returned, strict=True)
-        for k, (seen, returned) in enumerate(pairs):
+        found, expected = "later calls changed {}", "copies of what the simulator works on"
+        self._expect_same(SimulatorRule.SNAPSHOT, self.seen, self._returned, found, expected)
+
+    def _expect_same(
+        self, rule: SimulatorRule, before: list[Seen], now: list[Seen], found: str, expected: str
+    ) -> None:
+        for k, (seen, seen_now) in enumerate(zip(before, now, strict=True)):
             self._place(f"after {k} decisions ({seen[0].time_s} s)")
-            change = difference(seen[0], returned[0], "observation")
-            change = change or difference(seen[1], returned[1], "measures()")
-            self._witness.expect(
-                change is None,
-                SimulatorRule.SNAPSHOT,
-                f"later calls changed {change}",
-                "copies of what the simulator works on",
-            )
+            for one, other, name in zip(seen, seen_now, ("observation", "measures()"), strict=True):
+                self._witness.expect_same(rule, one, other, name, found, expected)
 
     def _place(self, point: str) -> None:
         self._witness.where = f"{point}, {self._label} on {self._simulator.network.name}"
@@ -172,7 +148,7 @@ class Drive:
                 f"a {type(found).__name__}",
                 f"a dmil.simulation.{kind.__name__}",
             )
-        pair: tuple[Observation, Measures] = (shown, counted)  # type: ignore[assignment]
+        pair: Seen = (shown, counted)  # type: ignore[assignment]
         self._returned.append(pair)
         self.seen.append(copy.deepcopy(pair))
 
@@ -322,5 +298,5 @@ class Drive:
         expect(not falls.size, rule, f"arrived_at falls after {falls[:1]} s", "it never falls")
         for name in ("arrived_at", "queued_at"):
             old, new = getattr(before, name), getattr(after, name)[: before.time_s]
-            change = difference(old, new, name)
-            expect(change is None, rule, f"the past changed, {change}", "the past stays")
+            told = "the past changed, {}", "the past stays"
+            self._witness.expect_same(rule, old, new, name, *told)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from enum import StrEnum
-from itertools import chain
+from itertools import chain, product
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from dmil.controllers import make_controller
 from dmil.network import RoadNetwork
 from dmil.scenarios import Scenario
 from dmil.simulation import Observation, QueueSimulator
-from dmil.testing.conformance import Witness, array_in_words, difference
+from dmil.testing.conformance import Witness, array_in_words
 from dmil.testing.proving_grounds import proving_grounds
 from dmil.testing.trials import chance, no_reward
 from dmil.training import run, vehicles_of_seed
@@ -55,29 +56,17 @@ def check_reward(function: Callable[..., object]) -> None:
         kept.append(returned[-1].copy())
     for interval, reward in reversed(list(zip(intervals, kept, strict=True))):
         again = _checked(function, witness, *interval)
-        change = difference(reward, again, "reward")
-        witness.expect(
-            change is None,
-            RewardRule.PURE,
-            f"called again with the same arguments, {change}",
-            "the same reward, whatever was asked in between",
-        )
+        found = "called again with the same arguments, {}"
+        same = "the same reward, whatever was asked in between"
+        witness.expect_same(RewardRule.PURE, reward, again, "reward", found, same)
     for (place, *_), reward, now in zip(intervals, kept, returned, strict=True):
         witness.where = place
-        change = difference(reward, now, "reward")
-        witness.expect(
-            change is None,
-            RewardRule.SNAPSHOT,
-            f"later calls changed {change}",
-            "a new array from every call",
-        )
+        told = "later calls changed {}", "a new array from every call"
+        witness.expect_same(RewardRule.SNAPSHOT, reward, now, "reward", *told)
 
 
 def _intervals(ground: Scenario) -> list[tuple[str, Observation, Observation, RoadNetwork]]:
-    """Return decision intervals of a run, and between a network that is empty and one that is full.
-
-    Each comes with its place in words and the network.
-    """
+    """Return intervals of a run, and between an empty and a full network, with place in words."""
     found = []
 
     def record(before: Observation, after: Observation, network: RoadNetwork) -> FloatArray:
@@ -91,22 +80,15 @@ def _intervals(ground: Scenario) -> list[tuple[str, Observation, Observation, Ro
     counts = np.zeros_like(empty.queue_veh)
     for i, item in enumerate(network.intersections):
         counts[i, : len(item.movements)] = CROWD_VEH
-    nobody = np.zeros_like(counts)
     states = {
-        name: Observation(
-            veh,
-            veh.copy(),
-            after.phase,
-            after.phase_elapsed_s,
-            after.time_s,
-            veh.astype(np.float64),
+        name: replace(
+            after, queue_veh=veh, approaching_veh=veh.copy(), waiting_veh=veh.astype(np.float64)
         )
-        for name, veh in (("an empty", nobody), ("a crowded", counts))
+        for name, veh in (("an empty", np.zeros_like(counts)), ("a crowded", counts))
     }
-    for before in states:
-        for then in states:
-            place = f"interval from {before} to {then} network, {ground.name}"
-            found.append((place, states[before], states[then], network))
+    for before, then in product(states, repeat=2):
+        place = f"interval from {before} to {then} network, {ground.name}"
+        found.append((place, states[before], states[then], network))
     return found
 
 
@@ -129,15 +111,11 @@ def _checked(
     if not (
         isinstance(reward, np.ndarray) and reward.shape == shape and reward.dtype == np.float64
     ):
-        witness.fail(
-            RewardRule.SHAPE,
-            array_in_words(reward),
-            f"an array of shape {shape} and type float64",
-        )
-    wrong = np.flatnonzero(~np.isfinite(reward))
-    i = int(wrong[0]) if wrong.size else 0
+        expected = f"an array of shape {shape} and type float64"
+        witness.fail(RewardRule.SHAPE, array_in_words(reward), expected)
+    i = int(np.isfinite(reward).argmin())
     witness.expect(
-        not wrong.size,
+        np.isfinite(reward[i]),
         RewardRule.FINITE,
         f"{reward[i]} at intersection '{network.intersections[i].id}'",
         "a finite number",

@@ -52,15 +52,13 @@ def check_simulator(make: Callable[[], object], vehicles: Vehicles | None = None
         vehicles = _vehicles(network, horizon_s)
     phases = _random_phases(simulator)
 
-    first = Drive(simulator, witness, vehicles, "the first run")
-    first.to_the_end(phases)
-    equal = Drive(second, witness, vehicles, "an equal run of a second simulator")
-    equal.to_the_end(phases)
+    first = Drive(simulator, witness, vehicles, "the first run").to_the_end(phases)
+    label = "an equal run of a second simulator"
+    equal = Drive(second, witness, vehicles, label).to_the_end(phases)
     equal.expect_equal(first, SimulatorRule.REPEAT)
     other = Drive(simulator, witness, vehicles, "a run that is broken off")
     other.to_the_end(np.roll(phases, 1, axis=0)[: len(phases) // 2])
-    after_reset = Drive(simulator, witness, vehicles, "a run after a reset")
-    after_reset.to_the_end(phases)
+    after_reset = Drive(simulator, witness, vehicles, "a run after a reset").to_the_end(phases)
     after_reset.expect_equal(first, SimulatorRule.RESET)
     _check_refusal(second, witness, vehicles, phases, first)
     _check_red_and_green(simulator, witness, vehicles, phases)
@@ -137,8 +135,7 @@ def _check_red_and_green(
             if not chosen.size:
                 continue
             label = f"a run with phase {phase} only and {chosen.size} vehicle(s) {which}"
-            drive = Drive(simulator, witness, vehicles.take(chosen), label)
-            drive.to_the_end(held)
+            drive = Drive(simulator, witness, vehicles.take(chosen), label).to_the_end(held)
             arrived = drive.seen[-1][1].arrived_veh
             witness.expect(arrived == arrive, rule, f"{arrived} arrived", f"{arrive}")
 

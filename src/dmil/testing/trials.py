@@ -9,7 +9,6 @@ import numpy as np
 
 from dmil.arrays import FloatArray, IntArray
 from dmil.controllers import Controller, RunContext
-from dmil.demand import Vehicles
 from dmil.network import RoadNetwork
 from dmil.rewards import Reward, diffusion
 from dmil.scenarios import Scenario
@@ -40,32 +39,14 @@ class ControllerRule(StrEnum):
 
 
 class Trial:
-    """A scenario with its vehicles, on which controllers run and are watched.
-
-    Parameters
-    ----------
-    make
-        Makes a new controller.
-    scenario
-        Where they run.
-    """
+    """A scenario with its vehicles, on which controllers that are made run and are watched."""
 
     def __init__(self, make: Callable[[], object], scenario: Scenario) -> None:
-        self._make = make
+        self._make, self._scenario = make, scenario
+        self.name, self.network = scenario.name, scenario.network
         self._simulator = QueueSimulator(scenario)
-        self._vehicles: Vehicles = vehicles_of_seed(scenario, 0)
-        self._scenario = scenario
+        self._vehicles = vehicles_of_seed(scenario, 0)
         self.witness = Witness(getattr(make, "__qualname__", repr(make)))
-
-    @property
-    def name(self) -> str:
-        """Name of the scenario."""
-        return self._scenario.name
-
-    @property
-    def network(self) -> RoadNetwork:
-        """Where the controllers run."""
-        return self._scenario.network
 
     def make(self) -> Controller:
         """Make a controller and check its verbs."""
@@ -105,69 +86,29 @@ class Trial:
         *,
         after_decision: Callable[[], None] | None = None,
     ) -> list[IntArray]:
-        """Run a controller under watch.
+        """Run a controller under watch; return the (intersections,) phases of every decision.
 
-        Parameters
-        ----------
-        controller
-            The one to watch.
-        label
-            Which run it is, for the error.
-        rng
-            Its stream of chance.
-        reward
-            What it gets.
-        after_decision
-            Called after every decision.
-
-        Returns
-        -------
-        phases: list of (intersections,) int arrays
-            What it chose.
+        The label says in errors which run it is; ``after_decision`` is called after every decision.
         """
-        place = f"{label} on {self._scenario.name}"
-        watch = RunWatch(controller, self.witness, place, after_decision)
+        watch = RunWatch(controller, self.witness, f"{label} on {self.name}", after_decision)
         run(self._simulator, watch, self._vehicles, reward, rng)
         return watch.phases
 
     def expect_same_phases(
-        self,
-        expected: list[IntArray],
-        found: list[IntArray],
-        rule: ControllerRule,
-        model: str,
+        self, expected: list[IntArray], found: list[IntArray], rule: ControllerRule, model: str
     ) -> None:
         """Check that two runs chose the same."""
         interval_s = self._scenario.timing.decision_interval_s
         for k, (one, other) in enumerate(zip(expected, found, strict=True)):
-            differs = np.flatnonzero(one != other)
-            if differs.size:
-                i = int(differs[0])
-                self.witness.where = (
-                    f"decision {k + 1} ({k * interval_s} s) on {self._scenario.name}"
-                )
-                self.witness.expect(
-                    False,
-                    rule,
-                    f"phase {other[i]} at intersection '{self.network.intersections[i].id}'",
-                    f"phase {one[i]}, as in {model}",
-                )
+            if (one != other).any():
+                i = int((one != other).argmax())
+                self.witness.where = f"decision {k + 1} ({k * interval_s} s) on {self.name}"
+                told = f"phase {other[i]} at intersection '{self.network.intersections[i].id}'"
+                self.witness.fail(rule, told, f"phase {one[i]}, as in {model}")
 
 
 class RunWatch:
-    """A controller that is looked at while it runs; itself a controller.
-
-    Parameters
-    ----------
-    inner
-        The one that decides.
-    witness
-        Who complains.
-    place
-        Which run on which network, for the error.
-    after_decision
-        Called after every decision.
-    """
+    """A controller that is looked at while it runs; itself a controller, see `Trial.run`."""
 
     def __init__(
         self,
@@ -176,9 +117,7 @@ class RunWatch:
         place: str,
         after_decision: Callable[[], None] | None,
     ) -> None:
-        self._inner = inner
-        self._witness = witness
-        self._place = place
+        self._inner, self._witness, self._place = inner, witness, place
         self._after_decision = after_decision
         self.phases: list[IntArray] = []
 
@@ -222,10 +161,10 @@ class RunWatch:
                 array_in_words(phases),
                 f"an array of shape {count.shape} and type int32",
             )
-        wrong = np.flatnonzero((phases < 0) | (phases >= count))
-        i = int(wrong[0]) if wrong.size else 0
+        wrong = (phases < 0) | (phases >= count)
+        i = int(wrong.argmax())
         self._witness.expect(
-            not wrong.size,
+            not wrong[i],
             ControllerRule.EXISTING,
             f"phase {phases[i]} at intersection '{self._intersections[i].id}'",
             f"a phase from 0 to {count[i] - 1}",

@@ -4,8 +4,7 @@ import json
 
 import pytest
 
-from dmil.cli.doctor_tables import short
-from dmil.cli.doctor_text import MOST_ROWS, sparkline
+from dmil.cli.doctor_text import MOST_ROWS, short, sparkline
 from dmil.scenarios.names import find_resco_configuration
 
 WIDTH = 80

@@ -9,7 +9,7 @@ import typer
 
 from dmil.cli import terminal
 from dmil.cli.application import StoppedError, exit_code
-from dmil.cli.measures import number
+from dmil.cli.terminal import number
 from dmil.errors import DmilError
 
 

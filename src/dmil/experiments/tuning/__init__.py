@@ -1,8 +1,7 @@
 """Tuning of controllers: the same budget for each, on seeds that no test has."""
 
-from dmil.experiments.tuning.record import Tuned, load_tuned, load_tuned_folder
+from dmil.experiments.tuning.record import Tuned, TuningSettings, load_tuned, load_tuned_folder
 from dmil.experiments.tuning.run import check_tuning, planned_tuning, tune
-from dmil.experiments.tuning.settings import TuningSettings
 from dmil.experiments.tuning.spaces import search_space
 
 __all__ = [

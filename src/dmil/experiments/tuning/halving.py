@@ -17,7 +17,7 @@ import numpy as np
 
 from dmil.controllers.entry import Choice, Range
 from dmil.errors import MissingExtraError
-from dmil.experiments.tuning.settings import FACTOR, RUNGS
+from dmil.experiments.tuning.record import FACTOR, RUNGS
 from dmil.experiments.tuning.spaces import Space
 
 AT_ONCE = FACTOR ** (RUNGS - 1)
@@ -64,20 +64,9 @@ def halve(
 ) -> list[Candidate]:
     """Search a space for the lowest mean score (Jamieson and Talwalkar, AISTATS 2016).
 
-    Parameters
-    ----------
-    space
-        At least one option.
-    usual
-        Values of the defaults, which are no candidate, and their scores with all seeds.
-    scores
-        Runs candidates.
-    rungs
-        Seeds of each rung, those of earlier rungs included.
-    budget
-        Scores that may be asked for in all.
-    seed
-        Seed of what is proposed.
+    ``usual`` are the values of the defaults, which are no candidate, and their scores with all
+    seeds; a rung's seeds include those of earlier rungs; the budget counts scores in all; the seed
+    is that of what is proposed.
 
     Raises
     ------
@@ -212,13 +201,7 @@ def _rounded(values: Range | Choice, value: Any) -> Any:
 
 
 def library_version() -> str:
-    """Return which version of Optuna proposes candidates.
-
-    Raises
-    ------
-    MissingExtraError
-        If it is not installed.
-    """
+    """Return which version of Optuna proposes candidates; a `MissingExtraError` without."""
     return f"optuna {_optuna().__version__}"
 
 

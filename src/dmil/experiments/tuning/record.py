@@ -1,11 +1,11 @@
-"""What a tuning found, as a file that people can read, too."""
+"""How much a tuning spends, and what it found, as a file that people can read, too."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -13,12 +13,68 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from dmil.controllers import CONTROLLERS, check_controller, make_settings
 from dmil.controllers.variants import Variant
 from dmil.errors import InputError
-from dmil.experiments.tuning.settings import TuningSettings
 from dmil.files import write_text_atomically
 from dmil.importing import check_trusted
 from dmil.rewards import PAPER_CONSTANTS, RewardConstants
-from dmil.seeding import stream
+from dmil.seeding import LARGEST_SEED, stream
 from dmil.statistics import Estimate, paired_difference
+
+FACTOR = 3
+"""One of so many candidates goes on to the next rung, with so many times the seeds (η)."""
+RUNGS = 3
+
+Metric = Literal["delay_s", "travel_time_s", "wait_per_spawned_s", "mean_queue_veh"]
+
+
+class TuningSettings(BaseModel):
+    """Tuning of controllers, the same for each of them."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    budget: int = Field(
+        2000,
+        ge=1,
+        description="Total runs per controller, training included.",
+    )
+    seeds: int = Field(
+        18,
+        ge=2 * FACTOR ** (RUNGS - 1),
+        le=10_000,
+        multiple_of=FACTOR ** (RUNGS - 1),
+        description="Tuning seeds of the last rung; earlier rungs have a ninth and a third.",
+    )
+    check_seeds: int = Field(
+        20,
+        ge=2,
+        le=10_000,
+        description="Further tuning seeds on which the best values are compared with the defaults.",
+    )
+    episodes: int = Field(
+        10, ge=0, description="Training runs of a learner before the run that is scored."
+    )
+    frozen: bool = Field(
+        False,
+        description="Score learners frozen and greedy; by default they keep learning.",
+    )
+    metric: Metric = Field("delay_s", description="Metric to minimise.")
+    seed: int = Field(
+        0, ge=0, le=LARGEST_SEED, description="Master seed of the tuning seeds and of the search."
+    )
+
+    @property
+    def rungs(self) -> tuple[int, ...]:
+        """Tuning seeds of each rung, those of earlier rungs included."""
+        return tuple(self.seeds // FACTOR**left for left in reversed(range(RUNGS)))
+
+    def runs_per_seed(self, *, learns: bool) -> int:
+        """Return the runs that one score costs."""
+        return 1 + (self.episodes if learns else 0)
+
+    def least_budget(self, *, learns: bool) -> int:
+        """Return the runs for the defaults, the check and one candidate."""
+        scores = self.seeds + 2 * self.check_seeds + self.seeds
+        return scores * self.runs_per_seed(learns=learns)
+
 
 FORMAT = "dmil-tuned"
 FORMAT_VERSION = 1
@@ -137,26 +193,14 @@ class Tuned(BaseModel):
         return self.trials[trial].mean if self.trials else None
 
     def difference(self, *, relative: bool) -> Estimate:
-        """Return leader minus defaults on the check's seeds, with its paired interval.
-
-        Parameters
-        ----------
-        relative
-            As a part of the defaults' mean.
-        """
+        """Return leader minus defaults on the check's seeds, as a part of these if relative."""
         rng = stream(0, "bootstrap", "tuning")
         leader, usual = (self.check(trial)[:, None] for trial in (self.leader, 0))
         return paired_difference(leader, usual, rng, relative=relative)
 
 
 def save_tuned(tuned: Tuned, path: Path) -> None:
-    """Write a tuning, finished or not.
-
-    Raises
-    ------
-    OutputError
-        The file cannot be written.
-    """
+    """Write a tuning, finished or not; an `OutputError` if the file cannot be written."""
     head = {"format": FORMAT, "version": FORMAT_VERSION}
     body = tuned.model_dump(mode="json")
     trials = body.pop("trials")
@@ -223,13 +267,7 @@ def load_tuned_folder(folder: Path) -> list[Tuned]:
 
 
 def read_tuned(path: Path) -> Tuned:
-    """Read a tuning, finished or not.
-
-    Raises
-    ------
-    InputError
-        The file is missing, damaged, or of another version.
-    """
+    """Read a tuning, finished or not; an `InputError` if damaged or of another version."""
     where = str(path)
     expected = "a file that dmil tune wrote"
     try:

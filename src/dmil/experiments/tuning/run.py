@@ -16,9 +16,15 @@ from dmil.errors import InputError, OutputError
 from dmil.experiments.comparison import CALLS, has_same_demand
 from dmil.experiments.study import Progress, run_trials
 from dmil.experiments.tuning.halving import Candidate, Values, halve, library_version
-from dmil.experiments.tuning.record import Score, TrialRecord, Tuned, read_tuned, save_tuned
+from dmil.experiments.tuning.record import (
+    Score,
+    TrialRecord,
+    Tuned,
+    TuningSettings,
+    read_tuned,
+    save_tuned,
+)
 from dmil.experiments.tuning.scoring import Judge, TuningTrial
-from dmil.experiments.tuning.settings import TuningSettings
 from dmil.experiments.tuning.spaces import as_json, defaults, search_space
 from dmil.files import held
 from dmil.parallel import Executor
@@ -44,18 +50,9 @@ def tune(
     """Tune a controller and keep all that was run in a file; what a file holds is not run again.
 
     The best of the search is best on the seeds it was chosen with, so it meets the defaults once
-    more on further tuning seeds, and is chosen only if it is better there, too.
-
-    Parameters
-    ----------
-    about
-        What is tuned, and how, see `planned_tuning`.
-    path
-        The file.
-    executor
-        Where runs happen; the same results with every one.
-    progress
-        Called with the number of runs done and of those that may be.
+    more on further tuning seeds, and is chosen only if it is better there, too. What is tuned, and
+    how, comes from `planned_tuning`; results are the same with every executor. ``progress`` is
+    called with the number of runs done and of those that may be.
 
     Raises
     ------
@@ -74,13 +71,7 @@ def tune(
 
 
 def check_tuning(about: Tuned, path: Path) -> None:
-    """Check that a tuning can go into a file.
-
-    Raises
-    ------
-    OutputError
-        The file holds another tuning, or there can be none.
-    """
+    """Check that a tuning can go into a file; an `OutputError` if that holds another one."""
     _Ledger(about, path)
 
 
@@ -162,16 +153,8 @@ def planned_tuning(
 ) -> Tuned:
     """Return what a tuning is, before anything has run; all that can be wrong with it shows here.
 
-    Parameters
-    ----------
-    recipe
-        Where.
-    variant
-        Who; its options are fixed.
-    settings
-        How much, and what for.
-    simulator, reward, reward_constants
-        See `dmil.simulation.make_simulator` and `dmil.rewards.make_reward`.
+    The variant's options are fixed; for the others see `dmil.simulation.make_simulator` and
+    `dmil.rewards.make_reward`.
 
     Raises
     ------

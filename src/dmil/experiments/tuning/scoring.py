@@ -11,24 +11,16 @@ from dmil.controllers.variants import Variant
 from dmil.errors import DivergedError
 from dmil.experiments.comparison import place_of
 from dmil.experiments.contender import frozen_copy
-from dmil.experiments.tuning.record import Tuned
-from dmil.experiments.tuning.settings import TuningSettings
+from dmil.experiments.tuning.record import Tuned, TuningSettings
 from dmil.rewards import make_reward
 from dmil.training import evaluate, train, vehicles_of_seed
 
 
 @dataclass(frozen=True, slots=True)
 class TuningTrial:
-    """What one score is about.
+    """What one score is about: a controller with all options that are set, and one tuning seed.
 
-    Attributes
-    ----------
-    variant: Variant
-        The controller with all options that are set.
-    place: int
-        Which tuning seed, counted from 0.
-    seed: int
-        The seed itself.
+    ``place`` says which seed it is, counted from 0.
     """
 
     variant: Variant
@@ -38,14 +30,9 @@ class TuningTrial:
 
 @dataclass(frozen=True, slots=True)
 class Judge:
-    """Trains and judges a controller with some options.
+    """Trains and judges a controller with some options, as a tuning says.
 
-    Attributes
-    ----------
-    about: Tuned
-        What is tuned, and how.
-    call: int
-        Number of the tuning: files of scenarios may change between two.
+    The number of the tuning is there because files of scenarios may change between two.
     """
 
     about: Tuned
