@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import altair as alt
 import polars as pl
 
-from dmil.reports.styles import colour, dashes_by_label
+from dmil.reports.labels import colour, dashes_by_label
 from dmil.reports.theme import ONE_COLUMN, colours
 
 Chart = alt.TopLevelMixin

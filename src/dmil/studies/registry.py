@@ -10,7 +10,7 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from dmil.errors import OutputError
-from dmil.reports.figure import Figure
+from dmil.reports.export import Figure
 from dmil.results import Results
 from dmil.studies.memories.study import MemoriesStudy
 from dmil.studies.paper.study import PaperStudy

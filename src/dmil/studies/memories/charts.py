@@ -20,9 +20,12 @@ from dmil.studies.memories.names import (
     LONGEST_QUEUE_APPROACHING,
     cell_label,
     controller_name,
+    dashes,
+    named,
+    palette,
+    vertical_at,
 )
 from dmil.studies.memories.statements import SUBJECTS
-from dmil.studies.memories.style import dashes, named, palette, vertical_at
 
 RATIO = "waiting / max-pressure's"
 _SIZE = (470, 330)

@@ -18,8 +18,15 @@ from dmil.reports.marks import (
     values,
 )
 from dmil.reports.theme import FAINT
-from dmil.studies.memories.names import cell_label, controller_name
-from dmil.studies.memories.style import colour_of, dashes, named, palette, vertical_at
+from dmil.studies.memories.names import (
+    cell_label,
+    colour_of,
+    controller_name,
+    dashes,
+    named,
+    palette,
+    vertical_at,
+)
 
 _PANEL = (205, 130)
 _ACROSS = 3

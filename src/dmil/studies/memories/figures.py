@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import polars as pl
 
-from dmil.reports.figure import Drawn, Figure, darkened, drawn_figures
+from dmil.reports.export import Drawn, Figure, darkened, drawn_figures
 from dmil.studies.memories import charts, curve_charts
 from dmil.studies.memories.names import LONGEST_QUEUE_APPROACHING, MAX_PRESSURE
 from dmil.studies.memories.statements import SUBJECT

@@ -9,10 +9,8 @@ import polars as pl
 from dmil.results import Results
 from dmil.studies.memories.arranged import Arranged, arranged
 from dmil.studies.memories.claims import claims
-from dmil.studies.memories.cost import cost, hit_rates
-from dmil.studies.memories.learning import learning_curves, memory_courses
-from dmil.studies.memories.profiles import ablation, profiles
-from dmil.studies.memories.ranking import overall, standing
+from dmil.studies.memories.cost import cost, hit_rates, learning_curves, memory_courses
+from dmil.studies.memories.ranking import ablation, overall, profiles, standing
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from dmil.interpretations import INTERPRETATIONS, MEANING, Interpretation
-from dmil.reports.configuration import leaves, shown
+from dmil.reports.html import leaves, shown
 from dmil.studies.paper.settings import PRESETS, PaperStudySettings
 
 #: What the report lists: all that the paper does not state.

@@ -9,7 +9,7 @@ import altair as alt
 import polars as pl
 
 from dmil.analysis.panel import ordered
-from dmil.reports.labels import architecture_label, controller_label
+from dmil.reports.labels import architecture_label, colour, colours_by_label, controller_label
 from dmil.reports.marks import (
     RULES,
     Chart,
@@ -21,7 +21,6 @@ from dmil.reports.marks import (
     reference_rules,
     values,
 )
-from dmil.reports.styles import colour, colours_by_label
 from dmil.reports.theme import FAINT, INK, PANEL, PRESET_COLOURS, REWARD_COLOURS
 from dmil.studies.paper.cells import BASELINES, REWARD_ORDER
 from dmil.studies.paper.published import (

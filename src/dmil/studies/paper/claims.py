@@ -14,8 +14,7 @@ from dmil.results import Results
 from dmil.studies.paper.cells import Cells, cells_of
 from dmil.studies.paper.comparisons import CellEvidence, evaluate
 from dmil.studies.paper.published import scenario_label
-from dmil.studies.paper.questions import PaperClaim
-from dmil.studies.paper.selections import Choose
+from dmil.studies.paper.questions import Choose, PaperClaim
 from dmil.studies.paper.statements import STATEMENTS
 
 Outcome = Literal["holds", "does not hold", "depends", "not shown", "not judged"]

@@ -7,8 +7,8 @@ from typing import Any
 
 from dmil.analysis.panel import ordered
 from dmil.controllers.tabular.settings import DualMemorySettings
-from dmil.reports.configuration import find_value
-from dmil.reports.figure import Drawn, Figure, drawn_figures, slug
+from dmil.reports.export import Drawn, Figure, drawn_figures, slug
+from dmil.reports.html import find_value
 from dmil.results import Results
 from dmil.studies.paper import cell_charts, time_charts
 from dmil.studies.paper.cells import CELL, ENTRIES, Cells

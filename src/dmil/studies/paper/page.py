@@ -1,27 +1,27 @@
-"""The report of the paper's study: its figures, its tables, one page."""
+"""The report of the paper's study: its figures, its tables, also as LaTeX, one page."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from itertools import product
 from typing import Any
 
 import markupsafe
 import polars as pl
 
 from dmil.analysis.claims import FEWEST_SEEDS
+from dmil.analysis.panel import ordered, rows_by
 from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.errors import unknown_name
-from dmil.reports.configuration import configuration_rows
-from dmil.reports.figure import Figure
-from dmil.reports.files import csv, evidence_csv
-from dmil.reports.html import environment, shared_values
-from dmil.reports.labels import architecture_label, signed
+from dmil.reports.export import Figure
+from dmil.reports.files import csv, evidence_csv, latex
+from dmil.reports.html import configuration_rows, environment, shared_values
+from dmil.reports.labels import architecture_label, controller_label, signed
 from dmil.results import Results
 from dmil.studies.paper.assumptions import assumptions, changed
-from dmil.studies.paper.cells import BASELINES, PRESET_ORDER, Cells
+from dmil.studies.paper.cells import BASELINES, PRESET_ORDER, REWARD_ORDER, Cells
 from dmil.studies.paper.figures import gallery
-from dmil.studies.paper.files import paper_table_latex
 from dmil.studies.paper.published import NO_MEMORY, PAPER_COLUMNS, SOURCE, scenario_label
 from dmil.studies.paper.tables import PaperTables, paper_tables
 from dmil.theory import STATEMENTS
@@ -246,3 +246,38 @@ def _architecture_rows(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]
 
 REPORT = PaperReport
 """What makes the report of such a study."""
+
+
+_BASELINES = ("longest-queue-first", "max-pressure")
+
+
+def paper_table_latex(table: pl.DataFrame, preset: str) -> str:
+    r"""Return the paper's table beside ours as a LaTeX tabular (needs booktabs).
+
+    Each entry is ours, mean \pm sd, with the paper's mean in brackets.
+    """
+    chosen = table.filter(pl.col("preset") == preset)
+    entries = rows_by(chosen, "scenario", "reward", "column")
+    parts = []
+    for scenario in chosen["scenario"].unique(maintain_order=True):
+        label = scenario_label(scenario).replace("×", r"$\times$").replace("_", r"\_")
+        rewards = chosen.filter(pl.col("scenario") == scenario)["reward"].drop_nulls()
+        found = []
+        for reward in ordered(rewards.unique().to_list(), REWARD_ORDER):
+            places = [*product([reward], PAPER_COLUMNS), *product([None], _BASELINES)]
+            found.append([label, reward, *(_entry(entries.get((scenario, *p))) for p in places)])
+        parts.append(found)
+    notes = [f"W/V_c, preset {preset}: mean \\pm sd over seeds [paper, Table II]"]
+    heads = ["Grid", "Reward", *PAPER_COLUMNS, *map(controller_label, _BASELINES)]
+    return latex(notes, heads, *parts, left=2)
+
+
+def _entry(row: dict[str, object] | None) -> str:
+    if row is None:
+        return "--"
+    text = "--" if row["mean"] is None else f"{row['mean']:.3f}"
+    if row["sd"] is not None:
+        text += f" $\\pm$ {row['sd']:.3f}"
+    if row["paper_mean"] is not None:
+        text += f" [{row['paper_mean']:.2f}]"
+    return text

@@ -11,9 +11,8 @@ import numpy as np
 import polars as pl
 
 from dmil.analysis.panel import ordered
-from dmil.reports.labels import controller_label
+from dmil.reports.labels import controller_label, dashes_by_label
 from dmil.reports.marks import RULES, Chart, heading, lines
-from dmil.reports.styles import dashes_by_label
 from dmil.reports.theme import REWARD_COLOURS
 from dmil.studies.paper.cell_charts import COLOURS
 from dmil.studies.paper.cells import REWARD_ORDER

@@ -11,9 +11,8 @@ from functools import partial
 import altair as alt
 import polars as pl
 
-from dmil.reports.labels import contender_label, network_label, simulator_label
+from dmil.reports.labels import colours_by_label, contender_label, network_label, simulator_label
 from dmil.reports.marks import Chart, coloured, dots, heading, log_axis, log_field, values
-from dmil.reports.styles import colours_by_label
 from dmil.reports.theme import FAINT, INK, SIMULATOR_COLOURS, colours
 from dmil.studies.resco.agreement import AFTER, BEFORE
 from dmil.studies.resco.published import METRIC

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import polars as pl
 
-from dmil.reports.figure import Drawn, Figure, drawn_figures, slug
+from dmil.reports.export import Drawn, Figure, drawn_figures, slug
 from dmil.reports.labels import simulator_label
 from dmil.results import Results
 from dmil.studies.resco import charts, network_charts

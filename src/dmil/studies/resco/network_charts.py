@@ -10,9 +10,15 @@ from functools import partial
 import altair as alt
 import polars as pl
 
-from dmil.reports.labels import controller_label, network_label, simulator_label
+from dmil.reports.labels import (
+    colours_by_label,
+    controller_label,
+    dash,
+    dashes_by_label,
+    network_label,
+    simulator_label,
+)
 from dmil.reports.marks import Chart, coloured, dots, heading, lines, log_field, log_scale, values
-from dmil.reports.styles import colours_by_label, dash, dashes_by_label
 from dmil.reports.theme import FAINT, INK, SIMULATOR_COLOURS, colours
 from dmil.studies.resco.charts import (
     DELAY,
