@@ -36,18 +36,12 @@ def write_comparison(
 
     Parameters
     ----------
-    path
-        The page.
-    found
-        The comparison.
-    diagnosis
-        What the doctor says about the network and its demand.
+    path, found, diagnosis
+        The page, the comparison, and what the doctor says about the network and its demand.
     title
         Name of the scenario.
-    about
-        How it was run, in a few words each.
-    notes
-        How the numbers are to be read.
+    about, notes
+        How it was run, in a few words each, and how the numbers are to be read.
 
     Raises
     ------
@@ -159,14 +153,7 @@ BROAD = 10.0
 def contenders_chart(found: Comparison, metric: str, title: str) -> Chart:
     """Draw a measure's means, intervals and seeds, in the order of the contenders.
 
-    Parameters
-    ----------
-    found
-        The comparison.
-    metric
-        Which measure.
-    title
-        What its axis is called, with the unit.
+    The title is that of its axis, with the unit.
     """
     measured, mean = found.measures[metric], found.mean(metric)
     known = measured[np.isfinite(measured) & (measured > 0)]

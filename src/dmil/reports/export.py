@@ -39,15 +39,7 @@ def specification(chart: alt.TopLevelMixin) -> Specification:
 
 
 def picture(spec: Specification, format: str) -> bytes:
-    """Return a chart in one of the formats svg, png, pdf, html.
-
-    Parameters
-    ----------
-    spec
-        Vega-Lite specification.
-    format
-        One of :data:`FORMATS`; html is interactive and holds all it needs.
-    """
+    """Return a chart in one of :data:`FORMATS`; html is interactive and holds all it needs."""
     if format == "html":
         page: str = vl_convert.vegalite_to_html(spec, bundle=True)
         return page.encode()
@@ -106,16 +98,14 @@ def _write(data: bytes, file: Path) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """One figure.
+    """One figure of a report.
 
     Parameters
     ----------
     name
         Name of its files, without ending.
-    section
-        Part of the report it belongs to.
-    scenario
-        Scenario it shows, "" for all.
+    section, scenario
+        Part of the report it belongs to, and the scenario it shows, "" for all.
     caption
         What it shows and how to read it.
     spec
@@ -148,15 +138,7 @@ def drawn_figures(drawn: Iterable[Drawn], scenario: str = "") -> Iterator[Figure
 
 
 def darkened(made: Figure, section: str) -> Figure:
-    """Return a figure for dark pages, such as those of a code host at night.
-
-    Parameters
-    ----------
-    made
-        The figure for light pages.
-    section
-        Part of the report that it belongs to instead.
-    """
+    """Return a figure, in another section, for dark pages, such as a code host shows at night."""
     text = json.dumps(made.spec)
     for light, dark in DARK.items():
         text = text.replace(f'"{light}"', f'"{dark}"')

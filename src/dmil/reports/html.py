@@ -17,13 +17,7 @@ from dmil.version import __version__
 
 
 def environment(package: str | None = None) -> jinja2.Environment:
-    """Return the templates that all pages use, and their filters.
-
-    Parameters
-    ----------
-    package
-        Package with templates of its own, beside its modules.
-    """
+    """Return the templates that all pages use, and those of a package, beside its modules."""
     loaders = [jinja2.PackageLoader("dmil.reports")]
     if package:
         loaders.append(jinja2.PackageLoader(package, "."))

@@ -33,16 +33,8 @@ class DrawnRoad(NamedTuple):
 class Crossing:
     """The geometry of one intersection.
 
-    Parameters
-    ----------
-    network
-        The roads.
-    item
-        The intersection.
-
     Attributes
     ----------
-    geometry: RoadGeometry
     low, high: (2,) float64
         Corners of the square that is shown.
     roads, others: list of DrawnRoad
@@ -109,15 +101,7 @@ YIELD_DASH = (4, 3)
 
 
 def intersection_chart(diagnosis: Diagnosis, index: int) -> Chart:
-    """Draw an intersection with its phases.
-
-    Parameters
-    ----------
-    diagnosis
-        What was understood.
-    index
-        Which of its intersections.
-    """
+    """Draw the intersection of an index with its phases."""
     item, facts = diagnosis.case.network.intersections[index], diagnosis.intersections[index]
     crossing = Crossing(diagnosis.case.network, item)
     columns = min(max(len(item.phases), 3), MOST_COLUMNS)
@@ -275,17 +259,9 @@ def _phase(
 
 def _stopped(item: Intersection, green: frozenset[int]) -> set[tuple[str, int]]:
     """Return the lanes of which nobody may go."""
-    going = green | item.unsignalled
-    every, free = (
-        {
-            (movement.from_link, lane)
-            for j, movement in enumerate(item.movements)
-            if j in chosen
-            for lane in movement.lanes
-        }
-        for chosen in (set(range(len(item.movements))), going)
-    )
-    return every - free
+    lanes = [{(each.from_link, lane) for lane in each.lanes} for each in item.movements]
+    free = [lanes[j] for j in green | item.unsignalled]
+    return set().union(*lanes).difference(*free)
 
 
 def _legend(sheet: Sheet, item: Intersection, y: float) -> None:

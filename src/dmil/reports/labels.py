@@ -81,15 +81,7 @@ UNKNOWN = "#AA3377"
 
 
 def colour(controller: str, options: Iterable[str] = ()) -> str:
-    """Return a controller's colour; some options, such as an embedding, have a shade of it.
-
-    Parameters
-    ----------
-    controller
-        Its name.
-    options
-        Its embedding, or names of other options that are set.
-    """
+    """Return a controller's colour; some options, such as an embedding, have a shade of it."""
     entry = CONTROLLERS.get(controller)
     if entry is None:
         return UNKNOWN

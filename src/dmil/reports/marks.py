@@ -64,14 +64,11 @@ def lines(
     ----------
     data
         Columns ``line``, ``time_s`` (or the field of ``x``), ``mean``, ``low``, ``high``.
-    order
-        Names of lines in the order of the legend; those without data are left out.
-    palette, dashes
-        Colour and dash of each name.
-    y_title
-        Title of the vertical axis, with its unit.
-    title
-        Title of the figure.
+    order, palette, dashes
+        Names of lines in the order of the legend, those without data left out; colour and dash of
+        each.
+    y_title, title
+        Of the vertical axis, with its unit, and of the figure.
     x, x_title
         Horizontal axis, time by default, and what it is called.
     y
@@ -151,6 +148,11 @@ def dots(
     return [bar, dot]
 
 
+def tips(*fields: str) -> list[alt.Tooltip]:
+    """Return what is said of a mark where a page is interactive: some of its fields."""
+    return [alt.Tooltip(each) for each in fields]
+
+
 def panels_across(field: str, order: list[str]) -> alt.Column:
     """Put the panels side by side, each under its name."""
     return alt.Column(f"{field}:N", sort=order, header=alt.Header(title=None))
@@ -165,7 +167,7 @@ def panels_down(field: str, order: list[str]) -> alt.Row:
 def line_legend(**more: Any) -> alt.Legend:
     """Return a legend below the figure that shows lines as strokes."""
     strokes: dict[str, Any] = {"symbolType": "stroke", "symbolSize": 240, "symbolStrokeWidth": 2}
-    return alt.Legend(title=None, orient="bottom", **strokes | more)
+    return alt.Legend(title=None, **{"orient": "bottom"} | strokes | more)
 
 
 def dashed(

@@ -70,17 +70,7 @@ PARTS = {1: ("",), 2: ("counts", "scaled")}
 
 @dataclass(frozen=True, slots=True)
 class Story:
-    """A decision, told.
-
-    Attributes
-    ----------
-    trace
-        The run.
-    decision
-        The decision that the page follows.
-    staging
-        A decision that stages a short-term memory.
-    """
+    """A run, the decision in it that the page follows, and one that stages a short-term memory."""
 
     trace: Trace
     decision: Decision

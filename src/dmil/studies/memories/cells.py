@@ -67,27 +67,15 @@ class Cell:
         """Its name, as `parse` reads it."""
         return self.scenario if self.load == 1.0 else f"{self.scenario}*{self.load:g}"
 
-    @property
-    def is_city(self) -> bool:
-        """Whether it comes from recorded files."""
-        return self.scenario.startswith(CITY)
-
     def build(self, horizon_s: int, data: Path | None) -> Scenario:
-        """Make the scenario (ours).
-
-        Parameters
-        ----------
-        horizon_s
-            Length of a run.
-        data
-            Folder of the cities' folders.
+        """Make the scenario; ``data`` is the folder of the cities' folders (ours).
 
         Raises
         ------
         InputError
             There is no such scenario, its files are not valid, or a city has no folder of data.
         """
-        if not self.is_city:
+        if not self.scenario.startswith(CITY):
             return scenario(self.scenario, horizon_s=horizon_s, load=self.load)
         place = city_folder(data) / self.scenario.removeprefix(CITY)
         city = scenario(f"{CITY}{place}", horizon_s=horizon_s, load=self.load, timing=CITY_TIMING)
@@ -104,22 +92,15 @@ def city_folder(data: Path | None) -> Path:
     InputError
         None was given, or it is no folder.
     """
+    expected = "a folder with one folder per city, in CityFlow's format"
     if data is None:
-        raise InputError(
-            "no data folder was given",
-            where="cells",
-            expected="a folder with one folder per city, in CityFlow's format",
-            mend="add --data DIR, or set DMIL_DATA",
-        )
+        mend = "add --data DIR, or set DMIL_DATA"
+        raise InputError("no data folder was given", where="cells", expected=expected, mend=mend)
     inner = data / "cityflow"
     folder = inner if inner.is_dir() else data
     if not folder.is_dir():
-        raise InputError(
-            "there is no such folder",
-            where=str(data),
-            expected="a folder with one folder per city, in CityFlow's format",
-            mend="check --data or DMIL_DATA",
-        )
+        mend = "check --data or DMIL_DATA"
+        raise InputError("there is no such folder", where=str(data), expected=expected, mend=mend)
     return folder
 
 

@@ -12,7 +12,7 @@ from dmil.analysis.panel import Values
 from dmil.results import Results
 from dmil.seeding import stream
 from dmil.studies.memories.arranged import WAIT, Arranged
-from dmil.studies.memories.names import MAX_PRESSURE, cell_name
+from dmil.studies.memories.names import MAX_PRESSURE, with_cell
 
 
 def cost(runs: Arranged) -> pl.DataFrame:
@@ -36,24 +36,22 @@ def cost(runs: Arranged) -> pl.DataFrame:
         with np.errstate(invalid="ignore"):
             overtook = (np.isfinite(finished) & ok).sum(axis=0) / ok.sum(axis=0)
         median = _over_seeds(np.nanmedian, finished)
-        frame = pl.DataFrame(
-            {
-                "cell": [cell] * len(runs.controllers),
-                "controller": runs.controllers,
-                "learns": runs.learns,
-                "entries_per_agent": _of(runs, cell, "entries_per_agent", np.nanmean),
-                "entries_total": _of(runs, cell, "entries_total", np.nanmean),
-                "bytes_per_intersection": _of(runs, cell, "bytes_per_intersection", np.nanmean),
-                "bytes_largest": _of(runs, cell, "bytes_per_intersection", np.nanmax),
-                "us_per_decision": _of(runs, cell, "us_per_decision", np.nanmedian),
-                "overtook": np.where(known, overtook, np.nan),
-                "decisions_until_better": np.where(known & np.isfinite(median), median, np.nan),
-                "planned": runs.planned[number].sum(axis=1),
-                "failed": runs.failed[number].sum(axis=1),
-                "diverged": runs.diverged[number].sum(axis=1),
-            }
-        )
-        frames.append(frame.filter(pl.col("planned") > 0).fill_nan(None))
+        measured = {
+            name: _over_seeds(summary, runs.of(measure, cell=cell).T)
+            for name, measure, summary in _MEASURED
+        }
+        columns = {
+            "cell": [cell] * len(runs.controllers),
+            "controller": runs.controllers,
+            "learns": runs.learns,
+            **measured,
+            "overtook": np.where(known, overtook, np.nan),
+            "decisions_until_better": np.where(known & np.isfinite(median), median, np.nan),
+            "planned": runs.planned[number].sum(axis=1),
+            "failed": runs.failed[number].sum(axis=1),
+            "diverged": runs.diverged[number].sum(axis=1),
+        }
+        frames.append(pl.DataFrame(columns).filter(pl.col("planned") > 0).fill_nan(None))
     return pl.concat(frames)
 
 
@@ -69,17 +67,22 @@ def hit_rates(results: Results) -> pl.DataFrame:
         "select scenario, load, controller, source, sum(lookups)::bigint as lookups"
         " from lookups group by all order by all"
     )
-    cells = [cell_name(*row) for row in rows.select("scenario", "load").rows()]
     return (
-        rows.with_columns(cell=pl.Series(cells, dtype=pl.String))
+        with_cell(rows)
         .with_columns(share=pl.col("lookups") / pl.col("lookups").sum().over("cell", "controller"))
         .select("cell", "controller", "source", "share")
         .fill_nan(None)
     )
 
 
-def _of(runs: Arranged, cell: str, measure: str, summary: object) -> Values:
-    return _over_seeds(summary, runs.of(measure, cell=cell).T)
+_MEASURED = (
+    ("entries_per_agent", "entries_per_agent", np.nanmean),
+    ("entries_total", "entries_total", np.nanmean),
+    ("bytes_per_intersection", "bytes_per_intersection", np.nanmean),
+    ("bytes_largest", "bytes_per_intersection", np.nanmax),
+    ("us_per_decision", "us_per_decision", np.nanmedian),
+)
+"""Columns of `cost`: of which measure, and how it is summarised over seeds."""
 
 
 def _over_seeds(summary: object, values: Values) -> Values:
@@ -111,8 +114,7 @@ def learning_curves(results: Results, runs: Arranged) -> pl.DataFrame:
         """
     )
     rows = pl.concat([episodes, tests.select(episodes.columns)], how="vertical_relaxed")
-    cells = [cell_name(*row) for row in rows.select("scenario", "load").rows()]
-    rows = rows.with_columns(cell=pl.Series(cells, dtype=pl.String))
+    rows = with_cell(rows)
     base = runs.of(WAIT, controller=MAX_PRESSURE)
     frames = []
     for number, cell in enumerate(runs.cells):
@@ -124,18 +126,15 @@ def learning_curves(results: Results, runs: Arranged) -> pl.DataFrame:
             numbers, _, found = learning_curve(own, "run", WAIT, rng)
             known = base[number][~np.isnan(base[number])]
             last = own.filter(pl.col("test"))["run"].max()
-            frame = pl.DataFrame(
-                {
-                    "cell": cell,
-                    "controller": controller,
-                    "run": numbers,
-                    "test": [each == last for each in numbers],
-                    **interval_columns(found),
-                    "base": float(known.mean()) if known.size else None,
-                },
-                schema=_CURVE,
-            )
-            frames.append(frame)
+            columns = {
+                "cell": cell,
+                "controller": controller,
+                "run": numbers,
+                "test": [each == last for each in numbers],
+                **interval_columns(found),
+                "base": float(known.mean()) if known.size else None,
+            }
+            frames.append(pl.DataFrame(columns, schema=_CURVE))
     return pl.concat(frames) if frames else pl.DataFrame(schema=_CURVE)
 
 
@@ -163,9 +162,8 @@ def memory_courses(results: Results, runs: Arranged) -> pl.DataFrame:
         ) group by all order by all
         """
     )
-    cells = [cell_name(*row) for row in rows.select("scenario", "load").rows()]
     return (
-        rows.with_columns(cell=pl.Series(cells, dtype=pl.String))
+        with_cell(rows)
         .with_columns(bytes=pl.col("bytes") / pl.col("cell").replace_strict(size, default=None))
         .select("cell", "controller", "hour", "bytes")
         .filter(pl.col("bytes") > 0)
@@ -177,8 +175,5 @@ _CURVE: dict[str, type[pl.DataType]] = {
     "controller": pl.String,
     "run": pl.Int64,
     "test": pl.Boolean,
-    "mean": pl.Float64,
-    "low": pl.Float64,
-    "high": pl.Float64,
-    "base": pl.Float64,
+    **dict.fromkeys(("mean", "low", "high", "base"), pl.Float64),
 }

@@ -86,9 +86,20 @@ def dashes(labels: Sequence[str]) -> dict[str, list[int]]:
     found = {}
     for label in labels:
         name, _, options = label.partition(",")
-        dotted = bool(options) and options != "epsilon=0.05"
-        found[controller_name(label)] = [2, 2] if dotted else dash(name)
+        found[controller_name(label)] = dash(name) if options in ("", "epsilon=0.05") else [2, 2]
     return found
+
+
+def with_cell(rows: pl.DataFrame) -> pl.DataFrame:
+    """Return a table with the name of the ``cell``, from ``scenario`` and ``load`` (ours)."""
+    names = [cell_name(*row) for row in rows.select("scenario", "load").rows()]
+    return rows.with_columns(cell=pl.Series(names, dtype=pl.String))
+
+
+def ranked(overall: pl.DataFrame) -> pl.DataFrame:
+    """Return the controllers that ran beside max-pressure, the best over all cells first (ours)."""
+    known = overall.filter(pl.col("max_pressure_ratio").is_not_null())
+    return known.sort("max_pressure_ratio", maintain_order=True)
 
 
 def named(table: pl.DataFrame) -> pl.DataFrame:

@@ -14,11 +14,12 @@ from dmil.reports.files import csv, evidence_csv, latex
 from dmil.reports.html import check_preset, configuration_rows, environment, shared_values
 from dmil.results import Results
 from dmil.studies.memories.figures import DARK, figures_of_study
-from dmil.studies.memories.names import CITY, REFERENCES, cell_label, controller_name
+from dmil.studies.memories.names import CITY, REFERENCES, cell_label, controller_name, ranked
 from dmil.studies.memories.statements import SUBJECT, SUBJECTS
 from dmil.studies.memories.tables import MemoriesTables, memories_tables
 
 PRESET = "memories"
+CSV = "standing", "overall", "cost", "hit_rates", "learning", "ablation", "claims", "failures"
 SECTIONS = {
     "bars": "The bars",
     "limits": "The limit",
@@ -27,13 +28,7 @@ SECTIONS = {
 
 
 class MemoriesReport:
-    """What the report of the study of memories is made of.
-
-    Parameters
-    ----------
-    results, tables, preset
-        See `dmil.studies.registry.Report`; it has one preset only.
-    """
+    """What the report of the study of memories is made of: a `dmil.studies.registry.Report`."""
 
     def __init__(
         self, results: Results, tables: MemoriesTables | None = None, preset: str | None = None
@@ -45,18 +40,10 @@ class MemoriesReport:
     def tables(self) -> dict[str, str | bytes]:
         """Return the tables' files by name."""
         made = self._tables
-        return {
-            "tables/standing.csv": csv(made.standing),
+        return {f"tables/{name}.csv": csv(getattr(made, name)) for name in CSV} | {
             "tables/standing.md": standing_markdown(made),
             "tables/standing.tex": standing_latex(made),
-            "tables/overall.csv": csv(made.overall),
-            "tables/cost.csv": csv(made.cost),
-            "tables/hit_rates.csv": csv(made.hit_rates),
-            "tables/learning.csv": csv(made.learning),
-            "tables/ablation.csv": csv(made.ablation),
-            "tables/claims.csv": csv(made.claims),
             "tables/claims_evidence.csv": evidence_csv(made.claims),
-            "tables/failures.csv": csv(made.failures),
         }
 
     def figures(self) -> Iterator[Figure]:
@@ -79,7 +66,7 @@ class MemoriesReport:
         made, runs = self._tables, self._tables.runs
         configuration = self._results.manifest.get("configuration", {})
         kept = [name for name in runs.controllers if name not in runs.ablations]
-        ranked = made.overall.filter(pl.col("controller").is_in(kept)).sort(
+        overall = made.overall.filter(pl.col("controller").is_in(kept)).sort(
             "max_pressure_ratio", nulls_last=True, maintain_order=True
         )
         rates = made.hit_rates.group_by("controller", "source", maintain_order=True).agg(
@@ -89,9 +76,9 @@ class MemoriesReport:
             "cells": runs.cells,
             "seeds": runs.seeds,
             "few_seeds": FEWEST_SEEDS,
-            "controllers": ranked["controller"].to_list(),
+            "controllers": overall["controller"].to_list(),
             "ablations": runs.ablations,
-            "overall": ranked.rows(named=True),
+            "overall": overall.rows(named=True),
             "standing": rows_by(made.standing, "cell", "controller"),
             "cost": rows_by(made.cost, "cell", "controller"),
             "costs": _costs(made.cost),
@@ -157,10 +144,8 @@ def standing_latex(tables: MemoriesTables) -> str:
 def _headline(tables: MemoriesTables) -> list[list[str]]:
     """Return heads and rows: the subject is factored memory, or the best there is."""
     runs = tables.runs
-    known = tables.overall.filter(
-        ~pl.col("controller").is_in(list(REFERENCES)), pl.col("max_pressure_ratio").is_not_null()
-    ).sort("max_pressure_ratio", maintain_order=True)
-    names = known["controller"].to_list()
+    others = ~pl.col("controller").is_in(list(REFERENCES))
+    names = ranked(tables.overall).filter(others)["controller"].to_list()
     subject = SUBJECT if SUBJECT in names else names[0] if names else None
     references = [name for name in REFERENCES if name in runs.controllers]
     entries = rows_by(tables.standing, "cell", "controller")

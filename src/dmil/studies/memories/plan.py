@@ -43,15 +43,7 @@ NO_ABLATION = "none"
 
 @dataclass(frozen=True, slots=True)
 class MemoriesUnit:
-    """One controller in one cell with one seed: its training and its run.
-
-    Attributes
-    ----------
-    preset, scenario: str
-    load: float
-    seed: int
-    controller: Variant
-    """
+    """One controller in one cell with one seed: its training and its run."""
 
     preset: str
     scenario: str

@@ -49,13 +49,7 @@ from dmil.training.recording import series_rows
 
 @dataclass(frozen=True)
 class MemoriesStudy:
-    """The study of memories, as `dmil.experiments.study.run_study` runs it (ours).
-
-    Parameters
-    ----------
-    settings
-        What to run.
-    """
+    """The study of memories, as `dmil.experiments.study.run_study` runs it (ours)."""
 
     settings: MemoriesStudySettings
     name: ClassVar[str] = "memories"
@@ -132,29 +126,20 @@ def run_unit(settings: MemoriesStudySettings, unit: MemoriesUnit) -> TrialResult
     }
     result = TrialResult(unit, [], [])
     reward = make_reward(identity["reward"] or settings.reward)
-    phase, started = "training", time.perf_counter()
+    where, started = "training", time.perf_counter()
     watched = EpisodeRecorder()
     try:
         controller = make_controller(unit.controller.name, options_of(settings, unit.controller))
         if trained:
-            numbers = range(settings.episodes)
-            train(
-                made,
-                controller,
-                reward,
-                unit.seed,
-                episodes=numbers,
-                observers=[watched],
-                simulator=simulator,
-            )
+            more = {"observers": [watched], "simulator": simulator}
+            train(made, controller, reward, unit.seed, episodes=range(settings.episodes), **more)
         training_wall_s = time.perf_counter() - started
-        phase, before = "test", lookups_of(controller)
+        where, before = "the test", lookups_of(controller)
         vehicles = _vehicles(unit.cell, settings.horizon_s, settings.data, unit.seed)
         run = evaluate(simulator, controller, vehicles, reward, unit.seed)
     except Exception as error:
-        where = (
-            f"episode {len(watched.rows)} of the training" if phase == "training" else "the test"
-        )
+        if where == "training":
+            where = f"episode {len(watched.rows)} of the training"
         result.runs.append(row | {"status": f"{type(error).__name__}: {error} (in {where})"})
         return result
     finally:
@@ -174,13 +159,9 @@ def run_unit(settings: MemoriesStudySettings, unit: MemoriesUnit) -> TrialResult
         identity | {"source": source, "lookups": count - before.get(source, 0)}
         for source, count in lookups_of(controller).items()
     )
+    times = {"decisions": run.decisions, "decide_s": run.decide_s}
     result.timings.append(
-        identity
-        | {
-            "decisions": run.decisions,
-            "decide_s": run.decide_s,
-            "training_wall_s": training_wall_s if trained else None,
-        }
+        identity | times | {"training_wall_s": training_wall_s if trained else None}
     )
     return result
 
@@ -266,10 +247,8 @@ def decisions_until_better(
 
     Parameters
     ----------
-    queued_veh
-        For every run, (seconds,) vehicles waiting, in order.
-    reference_veh
-        The same of the reference, which met the same vehicles.
+    queued_veh, reference_veh
+        For every run, (seconds,) vehicles waiting, in order; the same of the reference.
     decision_interval_s
         Time between two decisions.
     window_s
@@ -279,12 +258,8 @@ def decisions_until_better(
     -------
     Decisions, counted from the first of all; None if the last window is not better.
     """
-    difference = np.concatenate(
-        [
-            np.subtract(own, other, dtype=np.int64)
-            for own, other in zip(queued_veh, reference_veh, strict=True)
-        ]
-    )
+    pairs = zip(queued_veh, reference_veh, strict=True)
+    difference = np.concatenate([np.subtract(*pair, dtype=np.int64) for pair in pairs])
     window = min(window_s, len(difference))
     total = np.concatenate([[0], np.cumsum(difference)])
     worse = np.flatnonzero(total[window:] - total[:-window] >= 0)

@@ -15,16 +15,9 @@ from dmil.studies.memories.ranking import ablation, overall, profiles, standing
 
 @dataclass(frozen=True, slots=True)
 class MemoriesTables:
-    """What is known about a study of memories.
+    """What is known about a study of memories: see the functions of these names.
 
-    Attributes
-    ----------
-    runs: Arranged
-        Its runs.
-    standing, overall, cost, hit_rates, learning, memory, profiles, ablation, claims: DataFrame
-        See the functions of these names (`learning_curves`, `memory_courses`).
-    failures: polars.DataFrame
-        Where runs failed, and what they said.
+    ``failures`` says where runs failed, and what they said.
     """
 
     runs: Arranged

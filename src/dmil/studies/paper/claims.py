@@ -28,30 +28,17 @@ UNTESTED = "not put to the test"
 
 EVIDENCE = pl.Struct(
     {
-        "question": pl.String,
-        "scenario": pl.String,
-        "comparison": pl.String,
-        "measure": pl.String,
-        "difference_pct": pl.Float64,
-        "low_pct": pl.Float64,
-        "high_pct": pl.Float64,
+        **dict.fromkeys(("question", "scenario", "comparison", "measure"), pl.String),
+        **dict.fromkeys(("difference_pct", "low_pct", "high_pct"), pl.Float64),
         "n": pl.Int64,
         "outcome": pl.String,
     }
 )
 
 CLAIMS_SCHEMA: dict[str, pl.DataType] = {
-    "preset": pl.String(),
-    "id": pl.String(),
-    "source": pl.String(),
-    "place": pl.String(),
-    "sentence": pl.String(),
-    "note": pl.String(),
-    "rule": pl.String(),
+    **dict.fromkeys(("preset", "id", "source", "place", "sentence", "note", "rule"), pl.String()),
     "holds": pl.Boolean(),
-    "outcome": pl.String(),
-    "verdict": pl.String(),
-    "summary": pl.String(),
+    **dict.fromkeys(("outcome", "verdict", "summary"), pl.String()),
     "evidence": pl.List(EVIDENCE),
 }
 

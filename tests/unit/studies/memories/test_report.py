@@ -9,7 +9,7 @@ from dmil.errors import UnknownNameError
 from dmil.reports.export import embedded
 from dmil.reports.labels import colours_by_label
 from dmil.reports.marks import ticks
-from dmil.reports.point_labels import label_places
+from dmil.reports.sheet import label_places
 from dmil.reports.theme import DARK_BACKGROUND
 from dmil.results import Results
 from dmil.studies.memories.figures import DARK, figures_of_study
