@@ -12,7 +12,7 @@ import altair as alt
 import polars as pl
 
 from dmil.reports.labels import colour, dashes_by_label
-from dmil.reports.theme import ONE_COLUMN, colours
+from dmil.reports.theme import INK, ONE_COLUMN, colours
 
 Chart = alt.TopLevelMixin
 Axis = TypeVar("Axis", alt.X, alt.Y)
@@ -162,6 +162,18 @@ def panels_down(field: str, order: list[str]) -> alt.Row:
     """Put the panels below each other, each right of its name."""
     header = alt.Header(title=None, labelAngle=0, labelAlign="left", labelPadding=8)
     return alt.Row(f"{field}:N", sort=order, header=header)
+
+
+def diamonds(field: str, y: alt.Y, title: str, size: int) -> alt.Chart:
+    """Draw numbers of a publication as hollow diamonds."""
+    look = {"filled": False, "color": INK, "strokeWidth": 1.2, "opacity": 1}
+    drawn: alt.Chart = (
+        alt.Chart()
+        .transform_filter(f"isValid(datum.{field})")
+        .mark_point(shape="diamond", size=size, **look)
+        .encode(x=alt.X(f"{field}:Q"), y=y, tooltip=[alt.Tooltip(f"{field}:Q", title=title)])
+    )
+    return drawn
 
 
 def line_legend(**more: Any) -> alt.Legend:

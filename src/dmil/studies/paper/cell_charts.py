@@ -14,6 +14,7 @@ from dmil.reports.marks import (
     RULES,
     Chart,
     coloured,
+    diamonds,
     dots,
     heading,
     panels_across,
@@ -113,14 +114,8 @@ def paper_against_ours(table: pl.DataFrame, preset: str) -> Chart | None:
     order = list(PAPER_COLUMNS)
     y = alt.Y("column:N", title=None, sort=order, axis=alt.Axis(grid=True))
     hue = coloured("column", order, COLOURS)
-    paper = (
-        alt.Chart()
-        .transform_filter("isValid(datum.paper_mean)")
-        .mark_point(shape="diamond", size=70, filled=False, color=INK, strokeWidth=1.2, opacity=1)
-        .encode(x=alt.X("paper_mean:Q"), y=y, tooltip=[alt.Tooltip("paper_mean:Q", title="paper")])
-    )
     return (
-        alt.layer(reference_rules(), *dots(y, hue), paper)
+        alt.layer(reference_rules(), *dots(y, hue), diamonds("paper_mean", y, "paper", 70))
         .properties(width=PANEL, height=72)
         .facet(
             row=panels_down("label", grids),

@@ -26,6 +26,7 @@ _CURVE: dict[str, type[pl.DataType]] = {
     ),
 }
 
+_BEST = {"episode": "best_episode", "mean": "best", "low": "best_low", "high": "best_high"}
 _COURSE: dict[str, type[pl.DataType]] = {
     "contender": pl.String,
     **dict.fromkeys(("time_s", "mean", "low", "high"), pl.Float64),
@@ -33,14 +34,7 @@ _COURSE: dict[str, type[pl.DataType]] = {
 
 
 def learning_curves(results: Results, runs: Judged, only: str | None = None) -> pl.DataFrame:
-    """Return the average delay of every training episode, over seeds (ours).
-
-    Parameters
-    ----------
-    results, runs
-        The study.
-    only
-        One network; all by default.
+    """Return the average delay of every training episode, of all networks or one (ours).
 
     Returns
     -------
@@ -75,14 +69,9 @@ def training(curves: pl.DataFrame) -> pl.DataFrame:
         .group_by("scenario", "learner", "contender", "trained_in", maintain_order=True)
         .agg(
             pl.col("n").max(),
-            episodes=pl.len(),
-            best_episode=pl.col("episode").first(),
-            best=pl.col("mean").first(),
-            best_low=pl.col("low").first(),
-            best_high=pl.col("high").first(),
-            last=pl.col("last").first(),
-            last_low=pl.col("last_low").first(),
-            last_high=pl.col("last_high").first(),
+            pl.len().alias("episodes"),
+            pl.col("episode", "mean", "low", "high").first().name.map(_BEST.__getitem__),
+            pl.col("last", "last_low", "last_high").first(),
         )
         .sort("scenario", "learner")
         .drop("learner")

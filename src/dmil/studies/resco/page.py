@@ -19,7 +19,14 @@ from dmil.results import Results
 from dmil.results.metrics import METRICS, NETWORK_PAGE
 from dmil.studies.resco.contenders import JUDGES
 from dmil.studies.resco.figures import GOAL, figures_of_network, figures_of_study
-from dmil.studies.resco.published import METHODS, METRIC, SOURCE, Published, published_by
+from dmil.studies.resco.published import (
+    METHODS,
+    METRIC,
+    SOURCE,
+    Published,
+    published_by,
+    published_learners,
+)
 from dmil.studies.resco.tables import RescoTables, published_table, resco_tables
 
 PRESET = "resco"
@@ -31,13 +38,7 @@ FEW_SEEDS = 8
 
 
 class RescoReport:
-    """What the report of the study on the RESCO benchmark is made of.
-
-    Parameters
-    ----------
-    results, tables, preset
-        See `dmil.studies.registry.Report`; it has one preset only.
-    """
+    """What the report of this study is made of: a `dmil.studies.registry.Report`."""
 
     def __init__(
         self, results: Results, tables: RescoTables | None = None, preset: str | None = None
@@ -51,15 +52,11 @@ class RescoReport:
     def tables(self) -> dict[str, str | bytes]:
         """Return the tables' files by name."""
         made = self._tables
-        return {
-            "tables/delay.csv": csv(made.headline),
+        own = {name: getattr(made, name) for name in ("overall", "training", "agreement")}
+        own |= {"delay": made.headline, "metrics": made.scores, "published": published_table()}
+        return {f"tables/{name}.csv": csv(table) for name, table in own.items()} | {
             "tables/delay.tex": delay_latex(made.headline, made.judged.judge),
-            "tables/metrics.csv": csv(made.scores),
-            "tables/overall.csv": csv(made.overall),
-            "tables/training.csv": csv(made.training),
-            "tables/agreement.csv": csv(made.agreement),
             "tables/agreement.tex": agreement_latex(made.agreement),
-            "tables/published.csv": csv(published_table()),
         }
 
     def figures(self) -> Iterator[Figure]:
@@ -132,31 +129,30 @@ class RescoReport:
     def _main(self) -> dict[str, Any]:
         made = self._tables
         configuration = self._results.manifest.get("configuration", {})
-        size = made.scores.filter(
-            (pl.col("simulator") == made.judged.judge) & pl.col("reward").is_not_null()
+        judged = pl.col("simulator") == made.judged.judge
+        size = made.scores.filter(judged & pl.col("reward").is_not_null())
+        bytes_total, entries = (
+            rows_by(size.filter(pl.col("metric") == name), "contender", "scenario")
+            for name in ("bytes_total", "entries_per_agent")
         )
         return {
             "resample": configuration.get("resample", False),
             "delays": rows_by(made.headline, "contender", "scenario"),
             "training": rows_by(made.training, "contender", "scenario"),
-            "overall": made.overall.filter(pl.col("simulator") == made.judged.judge).rows(
-                named=True
-            ),
+            "overall": made.overall.filter(judged).rows(named=True),
             "agreement": rows_by(made.agreement, "metric", "scenario", "simulator"),
             "goal": GOAL,
-            "bytes": rows_by(
-                size.filter(pl.col("metric") == "bytes_total"), "contender", "scenario"
-            ),
-            "entries": rows_by(
-                size.filter(pl.col("metric") == "entries_per_agent"), "contender", "scenario"
-            ),
-            "published_learners": _published_learners(made.judged.scenarios),
+            "bytes": bytes_total,
+            "entries": entries,
+            "published_learners": published_learners(made.judged.scenarios),
             "configuration": configuration_rows(configuration),
         }
 
     def _of_network(self, scenario: str) -> dict[str, Any]:
         made = self._tables
-        here = made.scores.filter(pl.col("scenario") == scenario)
+        here, training = (
+            table.filter(pl.col("scenario") == scenario) for table in (made.scores, made.training)
+        )
         vehicles = made.judged.of("spawned_veh", simulator=made.judged.judge, scenario=scenario)
         known = vehicles[vehicles == vehicles]
         spread = {f"{value:,.0f}" for value in (known.min(), known.max())} if known.size else set()
@@ -168,27 +164,13 @@ class RescoReport:
             "columns": {name: METRICS[name] for name in NETWORK_PAGE if name in present},
             "metrics": rows_by(here, "contender", "simulator", "metric"),
             "metric": METRIC,
-            "training": rows_by(
-                made.training.filter(pl.col("scenario") == scenario), "contender", "trained_in"
-            ),
+            "training": rows_by(training, "contender", "trained_in"),
         }
 
 
 def page_of(scenario: str) -> str:
     """Return the file of a network's page, seen from the main one (ours)."""
     return f"{PAGES}/{slug(scenario.rpartition('/')[2])}.html"
-
-
-def _published_learners(
-    scenarios: Sequence[str],
-) -> list[tuple[str, list[Published | None]]]:
-    """Return the published learners with their numbers for every network."""
-    rows = []
-    for method in METHODS:
-        values = [published_by(scenario).get(method) for scenario in scenarios]
-        if any(value is not None and value.last_s is not None for value in values):
-            rows.append((method, values))
-    return rows
 
 
 REPORT = RescoReport

@@ -44,11 +44,6 @@ class RescoStudy:
     First the queue simulator of every network is calibrated by one run of SUMO. Then every learner
     is trained, and every controller is evaluated in SUMO and in the queue simulator with and
     without calibration, on the same vehicles in a seed.
-
-    Parameters
-    ----------
-    settings
-        What to run.
     """
 
     settings: RescoStudySettings
@@ -84,11 +79,8 @@ class RescoStudy:
     def prepare(self, folder: Path, executor: Executor) -> Callable[[ContenderUnit], TrialResult]:
         """Calibrate the networks that are not calibrated yet; return what runs one trial."""
         if self.settings.calibrate:
-            missing = [
-                name
-                for name in self.settings.scenarios
-                if not calibration_file(str(folder), name).is_file()
-            ]
+            names = self.settings.scenarios
+            missing = [each for each in names if not calibration_file(str(folder), each).is_file()]
             for _ in executor.map(partial(_calibrate, self.settings, str(folder)), missing):
                 pass
         return partial(run_unit, self.settings, str(folder))
@@ -102,14 +94,7 @@ def _calibrate(settings: RescoStudySettings, folder: str, name: str) -> None:
 def run_unit(settings: RescoStudySettings, folder: str, unit: ContenderUnit) -> TrialResult:
     """Train and judge one controller; a run that fails becomes a row that says so (ours).
 
-    Parameters
-    ----------
-    settings
-        The study.
-    folder
-        Where the calibrations of its networks are.
-    unit
-        Who, where, and which seed.
+    The calibrations of its networks are in the folder.
     """
     made = study_scenario(unit.scenario, settings.horizon_s)
     identity: Row = asdict(unit) | {
@@ -187,7 +172,7 @@ def _ready(
     options = _options(settings, unit)
     learner = make_controller(unit.controller, options)
     assert isinstance(learner, MemoryController)
-    watched = EpisodeRecorder()
+    watched, name = EpisodeRecorder(), settings.training_simulator
     train(
         made,
         learner,
@@ -195,9 +180,7 @@ def _ready(
         unit.seed,
         episodes=range(settings.episodes),
         observers=[watched],
-        simulator=_simulator(
-            settings, folder, unit.scenario, settings.training_simulator, judging=False
-        ),
+        simulator=_simulator(settings, folder, unit.scenario, name, judging=False),
     )
     # This study has never kept these two.
     unknown = {"mean_queue_veh": None, "bytes_total": None}
@@ -207,7 +190,5 @@ def _ready(
 
 def _options(settings: RescoStudySettings, unit: ContenderUnit) -> dict[str, object]:
     base = settings.sarsa if unit.controller == "sarsa" else settings.dual_memory
-    return base.model_dump() | {
-        "embedding": unit.embedding,
-        "communication": unit.communication,
-    }
+    own = {"embedding": unit.embedding, "communication": unit.communication}
+    return base.model_dump() | own

@@ -22,20 +22,12 @@ from dmil.statistics import (
 from dmil.studies.resco.agreement import agreement
 from dmil.studies.resco.contenders import REFERENCE, Judged, RescoContender, judged
 from dmil.studies.resco.curves import learning_curves, training
-from dmil.studies.resco.published import METHODS, METRIC, PUBLISHED, counterpart_of, published_by
+from dmil.studies.resco.published import METRIC, PUBLISHED, counterpart_of, published_by
 
 
 @dataclass(frozen=True, slots=True)
 class RescoTables:
-    """What is known about a study on the benchmark.
-
-    Attributes
-    ----------
-    judged: Judged
-        Its runs, arranged.
-    scores, overall, training, agreement, headline: polars.DataFrame
-        See the functions of these names.
-    """
+    """What is known about a study on the benchmark: see the functions of these names."""
 
     judged: Judged
     scores: pl.DataFrame
@@ -94,9 +86,8 @@ def published_table() -> pl.DataFrame:
 
 def best_published_learner(scenario: str) -> tuple[str, float] | None:
     """Return method and delay of the best published learner of a scenario (ours)."""
-    known = published_by(scenario)
-    learners = [(name, known[name].best_s) for name in METHODS if name in known]
-    learners = [each for each in learners if known[each[0]].last_s is not None]
+    known = published_by(scenario).items()
+    learners = [(name, value.best_s) for name, value in known if value.last_s is not None]
     return min(learners, key=lambda each: each[1], default=None)
 
 
