@@ -122,12 +122,7 @@ def _answer(cells: Cells, preset: str, question: Question[Choose]) -> _Answer:
 def verdict_of(evidence: Sequence[CellEvidence], quantifier: str) -> tuple[bool | None, str]:
     """Say whether a question holds, and how a reader should be told (ours).
 
-    Parameters
-    ----------
-    evidence
-        Its comparisons.
-    quantifier
-        "all" or "any" of them have to show it.
+    The quantifier says whether "all" or "any" of its comparisons have to show it.
     """
     if reason := undecided(evidence):
         return None, reason

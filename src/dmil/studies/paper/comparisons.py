@@ -19,10 +19,8 @@ class CellComparison:
 
     Parameters
     ----------
-    label
-        What is compared, for a reader.
-    scenario
-        Where.
+    label, scenario
+        What is compared, for a reader, and where.
     measure
         Column of ``runs``, or a measure that `cells_of` adds.
     first, second

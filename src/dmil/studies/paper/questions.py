@@ -34,6 +34,8 @@ Where = Literal["single", "several", "any"]
 """Grids with one intersection like the paper's, with several, or both."""
 
 Choose = Callable[[Cells, str], Iterator[CellComparison]]
+Pairs = list[tuple[str, Architecture, Architecture]]
+"""Label, and the agents that are compared."""
 
 
 def grids(cells: Cells, which: Where) -> list[str]:
@@ -46,7 +48,7 @@ def _compared(
     measure: str,
     where: Where,
     rewards: tuple[str, ...],
-    pairs: Callable[[Reading, str], list[tuple[str, Architecture, Architecture]]],
+    pairs: Callable[[Reading, str], Pairs],
 ) -> Choose:
     """Compare agents with others at the same reward; each pair has a label."""
 
@@ -67,19 +69,12 @@ def columns(
     where: Where = "several",
 ) -> Choose:
     """Compare columns of the paper's table with another column at the same reward."""
-    return _compared(
-        measure,
-        where,
-        rewards,
-        lambda reading, preset: [
-            (
-                f"{column} against {second}",
-                reading.architecture(column, preset),
-                reading.architecture(second, preset),
-            )
-            for column in first
-        ],
-    )
+
+    def pairs(reading: Reading, preset: str) -> Pairs:
+        known = {name: reading.architecture(name, preset) for name in (*first, second)}
+        return [(f"{name} against {second}", known[name], known[second]) for name in first]
+
+    return _compared(measure, where, rewards, pairs)
 
 
 def rewards(
@@ -143,19 +138,12 @@ def against_exact_sarsa(
     rewards: tuple[str, ...] = ALL_REWARDS,
 ) -> Choose:
     """Compare columns of the paper's table with SARSA on exact states at its ε."""
-    return _compared(
-        measure,
-        "several",
-        rewards,
-        lambda reading, preset: [
-            (
-                f"{column} against exact SARSA",
-                reading.architecture(column, preset),
-                reading.exact_sarsa,
-            )
-            for column in first
-        ],
-    )
+
+    def pairs(reading: Reading, preset: str) -> Pairs:
+        known = {name: reading.architecture(name, preset) for name in first}
+        return [(f"{name} against exact SARSA", known[name], reading.exact_sarsa) for name in first]
+
+    return _compared(measure, "several", rewards, pairs)
 
 
 def at_equal_epsilon(
@@ -163,7 +151,7 @@ def at_equal_epsilon(
 ) -> Choose:
     """Compare a controller on the classes with SARSA on "exact" or on the same classes."""
 
-    def pairs(reading: Reading, _: str) -> list[tuple[str, Architecture, Architecture]]:
+    def pairs(reading: Reading, _: str) -> Pairs:
         epsilon, found = reading.epsilon_memory, []
         for embedding in ("simple", reading.complex_embedding):
             other = "exact" if second == "exact" else embedding

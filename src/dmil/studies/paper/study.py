@@ -26,13 +26,7 @@ from dmil.training.recording import series_rows
 
 @dataclass(frozen=True)
 class PaperStudy:
-    """The paper's study, as `dmil.experiments.study.run_study` runs it (paper, §VI).
-
-    Parameters
-    ----------
-    settings
-        What to run.
-    """
+    """The paper's study, as `dmil.experiments.study.run_study` runs it (paper, §VI)."""
 
     settings: PaperStudySettings
     name: ClassVar[str] = "paper"
@@ -134,15 +128,9 @@ def _stage(settings: PaperStudySettings, block: Block) -> _Stage:
     test, simulator, training, training_simulator = _scenarios(
         settings.recipe(block.scenario).model_dump_json(), training_s(settings, block.preset)
     )
-    return _Stage(
-        test,
-        simulator,
-        vehicles_of_seed(test, block.seed),
-        training,
-        training_simulator,
-        {name: _reward(settings, name) for name in settings.rewards},
-        {},
-    )
+    vehicles = vehicles_of_seed(test, block.seed)
+    rewards = {name: _reward(settings, name) for name in settings.rewards}
+    return _Stage(test, simulator, vehicles, training, training_simulator, rewards, {})
 
 
 def _run(
@@ -151,7 +139,7 @@ def _run(
     """Run one architecture: its row of the runs, and its rows of the series."""
     reward = architecture.reward or settings.rewards[0]
     learns = architecture.reward is not None
-    identity = _identity(block, architecture)
+    identity: Row = asdict(block) | asdict(architecture) | {"simulator": SIMULATOR}
     row = identity | {
         "study": "paper",
         "horizon_s": stage.scenario.horizon_s,
@@ -171,10 +159,6 @@ def _run(
         return row | {"status": f"{type(error).__name__}: {error}"}, []
     row |= measures_row(result.measures, result.memory[-1]) | {"status": "ok"}
     return row, [identity | each for each in series_rows(result)]
-
-
-def _identity(block: Block, architecture: Architecture) -> Row:
-    return asdict(block) | asdict(architecture) | {"simulator": SIMULATOR}
 
 
 def _controller(

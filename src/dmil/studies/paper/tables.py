@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import product
 
 import polars as pl
 
@@ -32,15 +33,10 @@ from dmil.studies.paper.summaries import (
 
 @dataclass(frozen=True, slots=True)
 class PaperTables:
-    """What is known about a study.
+    """What is known about a study: its cells, seed by seed, and tables.
 
-    Attributes
-    ----------
-    cells: Cells
-        Its cells, seed by seed.
-    summary, paper, sensitivity, readings, reproduced, memory, exchange, claims: polars.DataFrame
-        See the functions `summary`, `paper_table`, `sensitivity`, `complex_readings`,
-        `cells_reproduced`, `memory_table`, `exchange_table` and `claims`.
+    See the functions `summary`, `paper_table`, `sensitivity`, `complex_readings`,
+    `cells_reproduced`, `memory_table`, `exchange_table` and `claims`.
     """
 
     cells: Cells
@@ -93,14 +89,8 @@ def complex_readings(results: Results | Cells) -> pl.DataFrame:
     """
     cells = as_cells(results)
     readings = [name for name in COMPLEX_READINGS if name in cells.table["embedding"]]
-    rows = [
-        (preset, scenario, reward, column, reading)
-        for preset in cells.presets
-        for scenario in cells.scenarios
-        for reward in cells.rewards
-        for column in (COMPLEX, COMPLEX_COMMUNICATION)
-        for reading in readings
-    ]
+    both = (COMPLEX, COMPLEX_COMMUNICATION)
+    rows = list(product(cells.presets, cells.scenarios, cells.rewards, both, readings))
     numbers = [_complex_cell(cells, *row) for row in rows]
     first = [_complex_cell(cells, *row[:4], cells.reading.complex_embedding) for row in rows]
     table = named_rows(rows, "preset", "scenario", "reward", "column", "reading")
@@ -112,10 +102,8 @@ def cells_reproduced(table: pl.DataFrame, readings: pl.DataFrame) -> pl.DataFram
 
     Parameters
     ----------
-    table
-        What `paper_table` returned.
-    readings
-        What `complex_readings` returned.
+    table, readings
+        What `paper_table` and `complex_readings` returned.
 
     Returns
     -------
@@ -130,10 +118,9 @@ def cells_reproduced(table: pl.DataFrame, readings: pl.DataFrame) -> pl.DataFram
     narrow = pl.col("paper_spread") < NARROW
     ours = pl.col("column").str.starts_with(COMPLEX)
     both = (*keys, "column", "paper_spread", "within")
+    known = readings.filter(pl.col("within").is_not_null())
     return (
-        pl.concat(
-            [readings.filter(pl.col("within").is_not_null()).select(both), others.select(both)]
-        )
+        pl.concat([known.select(both), others.select(both)])
         .group_by(keys, maintain_order=True)
         .agg(
             within=pl.col("within").sum(),
@@ -175,20 +162,12 @@ def memory_table(results: Results | Cells) -> pl.DataFrame:
         # Under most presets "No Memory" is exact SARSA: one row is enough.
         if agents[NO_MEMORY] == agents["SARSA exact"]:
             del agents[NO_MEMORY]
-        for scenario in cells.scenarios:
-            for reward in cells.rewards:
-                rows += [(preset, scenario, reward, agent) for agent in agents]
-                numbers += [cells.find(preset, scenario, reward, agents[agent]) for agent in agents]
+        places = list(product([preset], cells.scenarios, cells.rewards, agents))
+        rows += places
+        numbers += [cells.find(*place, agents[agent]) for *place, agent in places]
     columns = {
         name: as_column(seed_means(cells.columns(measure, numbers)))
-        for name, measure in (
-            ("first_long", "first_long_entries"),
-            ("long", "long_entries"),
-            ("entries", "entries_per_agent"),
-            ("long_slope", "long_entries_per_decision"),
-            ("short_slope", "short_entries_per_decision"),
-            ("shared", "entries_total"),
-        )
+        for name, measure in _STORED.items()
     }
     counts = [intersections_of(row[1]) for row in rows]
     return (
@@ -204,6 +183,14 @@ def memory_table(results: Results | Cells) -> pl.DataFrame:
 PAPER_RULE = "communication=true"
 """The variant that is the paper's own: long-term memories, every T seconds."""
 
+_STORED = {
+    "first_long": "first_long_entries",
+    "long": "long_entries",
+    "entries": "entries_per_agent",
+    "long_slope": "long_entries_per_decision",
+    "short_slope": "short_entries_per_decision",
+    "shared": "entries_total",
+}
 _KEYS = ("preset", "scenario", "reward", "variant")
 _MEANS = {
     "horizon_s": "horizon_s",
@@ -242,14 +229,6 @@ def exchange_table(results: Results | Cells) -> pl.DataFrame:
         name: as_column(seed_means(cells.columns(measure, numbers)))
         for name, measure in _MEANS.items()
     }
-    return (
-        found.drop("sd")
-        .with_columns(**means)
-        .sort(
-            "preset",
-            "scenario",
-            "reward",
-            ~pl.col("variant").str.starts_with("communication="),
-            "variant",
-        )
-    )
+    others = ~pl.col("variant").str.starts_with("communication=")
+    found = found.drop("sd").with_columns(**means)
+    return found.sort("preset", "scenario", "reward", others, "variant")
