@@ -25,10 +25,8 @@ class Report(Protocol):
 
     Parameters
     ----------
-    results
-        The study.
-    tables
-        Its tables, if they are there already.
+    results, tables
+        The study, and its tables, if they are there already.
     preset
         Preset that headline and figures show; None: its main one.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from dmil.analysis.claims import Question
 from dmil.studies.paper.published import COMPLEX, COMPLEX_COMMUNICATION, NO_MEMORY, SIMPLE
@@ -193,11 +194,10 @@ MEMORY: tuple[PaperClaim, ...] = (
 )
 
 
-_SAME = percent(SAME_WITHIN)
-
+_ours = partial(claim, place="", kind="ours")
 
 OURS: tuple[PaperClaim, ...] = (
-    claim(
+    _ours(
         "baselines-win",
         "Longest queue first and max-pressure, which learn nothing and never explore, beat every "
         "architecture.",
@@ -206,10 +206,8 @@ OURS: tuple[PaperClaim, ...] = (
             learners_against_baselines,
             "above",
         ),
-        place="",
-        kind="ours",
     ),
-    claim(
+    _ours(
         "classes-carry-the-gain",
         "SARSA on the same classes has the gain of dual memory, too, under entropy and diffusion: "
         "it comes from the classes, not from the two memories.",
@@ -218,10 +216,8 @@ OURS: tuple[PaperClaim, ...] = (
             at_equal_epsilon("sarsa", "exact", PHYSICAL),
             "below",
         ),
-        place="",
-        kind="ours",
     ),
-    claim(
+    _ours(
         "two-memories-neutral",
         f"Splitting the memory in short and long term changes waiting by less than {_SAME}.",
         *by_reward(
@@ -230,8 +226,6 @@ OURS: tuple[PaperClaim, ...] = (
             "within",
             SAME_WITHIN,
         ),
-        place="",
-        kind="ours",
     ),
 )
 
