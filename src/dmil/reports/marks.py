@@ -19,6 +19,8 @@ Axis = TypeVar("Axis", alt.X, alt.Y)
 
 WAIT_TITLE = "W/Vc (s per vehicle)"
 RULES = ("longest queue first", "max-pressure")
+INTERVAL = ("mean", "low", "high", "n")
+"""Columns that `dots` draws."""
 _MANTISSA = "datum.value / pow(10, floor(log(datum.value) / LN10 + 1e-9))"
 _LABELLED = f"indexof([1, 2, 3, 5, 7], round(100 * {_MANTISSA}) / 100) >= 0"
 #: Label only 1, 2, 3, 5 and 7 times a power of ten on a logarithmic axis.
@@ -126,7 +128,7 @@ def dots(
     format: str = ".3f",
     x: Callable[[str], alt.X] | None = None,
 ) -> list[alt.Chart]:
-    """Draw means as dots on their interval; the data has ``mean``, ``low``, ``high``, ``n``.
+    """Draw means as dots on their interval; the data has the columns of `INTERVAL`.
 
     The axis of a field is ``x(field)``, by default linear.
     """

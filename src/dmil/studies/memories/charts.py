@@ -39,6 +39,7 @@ from dmil.studies.memories.names import (
 from dmil.studies.memories.statements import SUBJECTS
 
 RATIO = "waiting / max-pressure's"
+_ENDS = {"low": "max_pressure_low", "high": "max_pressure_high"}
 _SIZE = (470, 330)
 
 
@@ -55,14 +56,7 @@ def differences(standing: pl.DataFrame, cells: Sequence[str], title: str) -> Cha
         standing.filter(
             pl.col("controller").is_in(chosen), pl.col("max_pressure_pct").is_not_null()
         )
-    ).select(
-        "name",
-        "where",
-        "n",
-        mean="max_pressure_pct",
-        low="max_pressure_low",
-        high="max_pressure_high",
-    )
+    ).select("name", "where", "n", mean="max_pressure_pct", **_ENDS)
     if data.is_empty():
         return None
     order = [controller_name(name) for name in chosen]
@@ -100,14 +94,8 @@ def differences(standing: pl.DataFrame, cells: Sequence[str], title: str) -> Cha
 
 def standing_chart(overall: pl.DataFrame) -> Chart | None:
     """Draw every controller's waiting over max-pressure's, over all cells."""
-    data = named(ranked(overall)).select(
-        "controller",
-        "name",
-        "n",
-        mean="max_pressure_ratio",
-        low="max_pressure_low",
-        high="max_pressure_high",
-    )
+    kept = ("controller", "name", "n")
+    data = named(ranked(overall)).select(*kept, mean="max_pressure_ratio", **_ENDS)
     if data.is_empty():
         return None
     order, colours = data["name"].to_list(), palette(data["controller"].to_list())
@@ -142,8 +130,7 @@ def waiting_and_bytes(overall: pl.DataFrame, cost: pl.DataFrame) -> Chart | None
         "name",
         bytes="bytes_per_intersection",
         mean="max_pressure_ratio",
-        low="max_pressure_low",
-        high="max_pressure_high",
+        **_ENDS,
     )
     if data.is_empty():
         return None

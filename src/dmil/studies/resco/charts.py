@@ -13,6 +13,7 @@ import polars as pl
 
 from dmil.reports.labels import colours_by_label, contender_label, network_label, simulator_label
 from dmil.reports.marks import (
+    INTERVAL,
     Chart,
     coloured,
     diamonds,
@@ -77,7 +78,7 @@ def delays(headline: pl.DataFrame, simulator: str) -> Chart | None:
     data = labelled(headline).filter(pl.col("mean") > 0)
     if data.is_empty():
         return None
-    kept = data.select("label", "network", "mean", "low", "high", "n", "published_s")
+    kept = data.select("label", "network", *INTERVAL, "published_s")
     names = kept["label"].unique(maintain_order=True).to_list()
     networks = kept["network"].unique(maintain_order=True).to_list()
     y = alt.Y("label:N", title=None, sort=names, axis=alt.Axis(grid=True, labelLimit=200))

@@ -19,6 +19,7 @@ from dmil.reports.labels import (
     simulator_label,
 )
 from dmil.reports.marks import (
+    INTERVAL,
     Chart,
     coloured,
     dashed,
@@ -58,14 +59,8 @@ def delay_by_simulator(scores: pl.DataFrame, scenario: str) -> Chart | None:
     )
     if data.is_empty():
         return None
-    kept = data.select(
-        "label",
-        "mean",
-        "low",
-        "high",
-        "n",
-        simulator=pl.Series([simulator_label(name) for name in data["simulator"]]),
-    )
+    simulators = pl.Series([simulator_label(name) for name in data["simulator"]])
+    kept = data.select("label", *INTERVAL, simulator=simulators)
     names = kept["label"].unique(maintain_order=True).to_list()
     order = [name for name in map(simulator_label, SIMULATOR_ORDER) if name in kept["simulator"]]
     y = alt.Y("label:N", title=None, sort=names, axis=alt.Axis(grid=True, labelLimit=200))
@@ -152,7 +147,7 @@ def delay_and_memory(scores: pl.DataFrame, scenario: str, judge: str) -> Chart |
         delay.filter(pl.col("reward").is_not_null())
         .join(size, on="contender", maintain_order="left")
         .filter(pl.col("size") > 0)
-        .select("label", "mean", "low", "high", "n", kib=pl.col("size") / 1024)
+        .select("label", *INTERVAL, kib=pl.col("size") / 1024)
     )
     if data.is_empty():
         return None
