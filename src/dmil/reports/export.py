@@ -6,7 +6,6 @@ import json
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -63,14 +62,18 @@ def save_figure(chart: alt.TopLevelMixin | Specification, path: Path | str) -> P
             expected=f"an ending of {', '.join('.' + name for name in FORMATS)}",
         )
     spec = chart if isinstance(chart, dict) else specification(chart)
-    write_atomically(path, partial(_write, picture(spec, format)))
+    write_file(path, picture(spec, format))
     return path
 
 
 def write_file(path: Path, content: str | bytes) -> None:
     """Write a file whole or not at all."""
     data = content.encode() if isinstance(content, str) else content
-    write_atomically(path, partial(_write, data))
+
+    def write(unfinished: Path) -> None:
+        unfinished.write_bytes(data)
+
+    write_atomically(path, write)
 
 
 def embedded(spec: Specification) -> str:
@@ -90,10 +93,6 @@ def script_bundle() -> str:
     with suppress(OutputError):
         write_file(kept, built)
     return built
-
-
-def _write(data: bytes, file: Path) -> None:
-    file.write_bytes(data)
 
 
 @dataclass(frozen=True, slots=True)

@@ -168,7 +168,7 @@ def panels_down(field: str, order: list[str]) -> alt.Row:
 
 def diamonds(field: str, y: alt.Y, title: str, size: int) -> alt.Chart:
     """Draw numbers of a publication as hollow diamonds."""
-    look = {"filled": False, "color": INK, "strokeWidth": 1.2, "opacity": 1}
+    look: dict[str, Any] = {"filled": False, "color": INK, "strokeWidth": 1.2, "opacity": 1}
     drawn: alt.Chart = (
         alt.Chart()
         .transform_filter(f"isValid(datum.{field})")

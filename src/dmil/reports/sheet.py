@@ -145,21 +145,25 @@ class Sheet:
             self._parts.append((look, []))
         return self._parts[-1][1]
 
-    def _layer(self, look: tuple[Any, ...], rows: list[dict[str, Any]]) -> alt.Chart:
-        kind, *more = look
+    def _layer(self, kind_and_look: tuple[Any, ...], rows: list[dict[str, Any]]) -> alt.Chart:
+        kind, *more = kind_and_look
         placed = {
             "x": alt.X("x:Q", scale=alt.Scale(domain=[0, self.width]), axis=None),
             "y": alt.Y("y:Q", scale=alt.Scale(domain=[self.height, 0]), axis=None),
         }
         base = alt.Chart(alt.InlineData(values=json.dumps(rows)))
-        own = {"scale": None, "legend": None}
+        own: dict[str, Any] = {"scale": None, "legend": None}
         colour, fill = alt.Color("colour:N", **own), alt.Fill("colour:N", **own)
         path = {"detail": alt.Detail("path:N"), "order": alt.Order("at:Q")}
         drawn: alt.Chart
         if kind == "text":
             size, align, bold = more
-            weight = "bold" if bold else "normal"
-            mark = base.mark_text(fontSize=size, align=align, baseline="middle", fontWeight=weight)
+            look: dict[str, Any] = {
+                "fontSize": size,
+                "align": align,
+                "fontWeight": "bold" if bold else "normal",
+            }
+            mark = base.mark_text(baseline="middle", **look)
             drawn = mark.encode(text=alt.Text("text:N"), color=colour, **placed)
         elif kind == "dot":
             rim_width, names = more

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import partial
+from typing import Any
 
 import altair as alt
 import polars as pl
@@ -196,7 +197,7 @@ def _names(
     taken = [(width - 7.0 * len(name), at - 15, float(width), at) for name, at in lines_at]
     places = label_places(points, data["name"].to_list(), size=(width, height), taken=taken)
     frame = pl.concat([data.select("name"), pl.DataFrame(places)], how="horizontal")
-    bare = {"scale": None, "axis": None, "title": None}
+    bare: dict[str, Any] = {"scale": None, "axis": None, "title": None}
     layers = []
     for align in ("left", "right", "center"):
         chosen = frame.filter(pl.col("align") == align)

@@ -131,7 +131,7 @@ def run_unit(settings: MemoriesStudySettings, unit: MemoriesUnit) -> TrialResult
     try:
         controller = make_controller(unit.controller.name, options_of(settings, unit.controller))
         if trained:
-            more = {"observers": [watched], "simulator": simulator}
+            more: dict[str, Any] = {"observers": [watched], "simulator": simulator}
             train(made, controller, reward, unit.seed, episodes=range(settings.episodes), **more)
         training_wall_s = time.perf_counter() - started
         where, before = "the test", lookups_of(controller)

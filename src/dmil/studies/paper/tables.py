@@ -164,7 +164,7 @@ def memory_table(results: Results | Cells) -> pl.DataFrame:
             del agents[NO_MEMORY]
         places = list(product([preset], cells.scenarios, cells.rewards, agents))
         rows += places
-        numbers += [cells.find(*place, agents[agent]) for *place, agent in places]
+        numbers += [cells.find(*place[:3], agents[place[3]]) for place in places]
     columns = {
         name: as_column(seed_means(cells.columns(measure, numbers)))
         for name, measure in _STORED.items()

@@ -11,7 +11,7 @@ from dmil.errors import DivergedError, InputError, UnknownNameError
 from dmil.experiments.study import identity_of
 from dmil.studies import MemoriesStudy
 from dmil.studies.memories import MemoriesStudySettings
-from dmil.studies.memories import unit as units_module
+from dmil.studies.memories import study as units_module
 from dmil.studies.memories.cells import GRID_CELLS, Cell, city_cells
 from dmil.studies.memories.plan import (
     ABLATIONS,

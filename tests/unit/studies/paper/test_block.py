@@ -2,7 +2,7 @@
 
 import pytest
 
-from dmil.studies.paper import block as room
+from dmil.studies.paper import study as room
 from dmil.studies.paper.plan import VARIANTS, Block, architectures
 from dmil.studies.paper.settings import PaperStudySettings
 from dmil.studies.paper.study import run_block
