@@ -145,8 +145,8 @@ class Sheet:
             self._parts.append((look, []))
         return self._parts[-1][1]
 
-    def _layer(self, kind_and_look: tuple[Any, ...], rows: list[dict[str, Any]]) -> alt.Chart:
-        kind, *more = kind_and_look
+    def _layer(self, look: tuple[Any, ...], rows: list[dict[str, Any]]) -> alt.Chart:
+        kind, *more = look
         placed = {
             "x": alt.X("x:Q", scale=alt.Scale(domain=[0, self.width]), axis=None),
             "y": alt.Y("y:Q", scale=alt.Scale(domain=[self.height, 0]), axis=None),
@@ -158,12 +158,12 @@ class Sheet:
         drawn: alt.Chart
         if kind == "text":
             size, align, bold = more
-            look: dict[str, Any] = {
-                "fontSize": size,
-                "align": align,
-                "fontWeight": "bold" if bold else "normal",
-            }
-            mark = base.mark_text(baseline="middle", **look)
+            mark = base.mark_text(
+                fontSize=size,
+                align=align,
+                baseline="middle",
+                fontWeight="bold" if bold else "normal",
+            )
             drawn = mark.encode(text=alt.Text("text:N"), color=colour, **placed)
         elif kind == "dot":
             rim_width, names = more
