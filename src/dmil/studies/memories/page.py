@@ -9,8 +9,7 @@ import polars as pl
 
 from dmil.analysis.claims import FEWEST_SEEDS, difference_text
 from dmil.analysis.panel import rows_by
-from dmil.reports.export import Figure
-from dmil.reports.files import csv, evidence_csv, latex
+from dmil.reports.export import Figure, csv, evidence_csv, latex
 from dmil.reports.html import check_preset, configuration_rows, environment, shared_values
 from dmil.results import Results
 from dmil.studies.memories.figures import DARK, figures_of_study

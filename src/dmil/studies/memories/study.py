@@ -28,9 +28,9 @@ from dmil.parallel import Executor
 from dmil.rewards import make_reward
 from dmil.scenarios import Scenario
 from dmil.simulation import QueueSimulator
-from dmil.studies.memories.cells import Cell
 from dmil.studies.memories.plan import (
     REFERENCE,
+    Cell,
     MemoriesUnit,
     ablations,
     cells,

@@ -11,8 +11,7 @@ import polars as pl
 
 from dmil.analysis.claims import Question, difference_text, in_words, undecided
 from dmil.results import Results
-from dmil.studies.paper.cells import Cells, cells_of
-from dmil.studies.paper.comparisons import CellEvidence, evaluate
+from dmil.studies.paper.cells import CellEvidence, Cells, cells_of, evaluate
 from dmil.studies.paper.published import scenario_label
 from dmil.studies.paper.questions import Choose, PaperClaim
 from dmil.studies.paper.statements import STATEMENTS

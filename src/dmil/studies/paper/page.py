@@ -14,8 +14,7 @@ from dmil.analysis.claims import FEWEST_SEEDS
 from dmil.analysis.panel import ordered, rows_by
 from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.errors import unknown_name
-from dmil.reports.export import Figure
-from dmil.reports.files import csv, evidence_csv, latex
+from dmil.reports.export import Figure, csv, evidence_csv, latex
 from dmil.reports.html import configuration_rows, environment, shared_values
 from dmil.reports.labels import architecture_label, controller_label, signed
 from dmil.results import Results

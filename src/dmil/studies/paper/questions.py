@@ -7,8 +7,7 @@ from itertools import product
 from typing import Literal
 
 from dmil.analysis.claims import Claim, Question, Relation
-from dmil.studies.paper.cells import LEARNERS, Cells
-from dmil.studies.paper.comparisons import CellComparison
+from dmil.studies.paper.cells import LEARNERS, CellComparison, Cells
 from dmil.studies.paper.plan import Architecture
 from dmil.studies.paper.published import (
     COMPLEX,

@@ -10,8 +10,7 @@ import polars as pl
 from dmil.analysis.panel import rows_by
 from dmil.doctor import examine, read_case
 from dmil.errors import DmilError
-from dmil.reports.export import Figure, figure, script_bundle, slug
-from dmil.reports.files import csv, latex
+from dmil.reports.export import Figure, csv, figure, latex, script_bundle, slug
 from dmil.reports.html import check_preset, configuration_rows, environment, shared_values
 from dmil.reports.labels import contender_label, counted, network_label, simulator_label
 from dmil.reports.network_chart import network_chart

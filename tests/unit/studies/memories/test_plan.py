@@ -12,13 +12,15 @@ from dmil.experiments.study import identity_of
 from dmil.studies import MemoriesStudy
 from dmil.studies.memories import MemoriesStudySettings
 from dmil.studies.memories import study as units_module
-from dmil.studies.memories.cells import GRID_CELLS, Cell, city_cells
 from dmil.studies.memories.plan import (
     ABLATIONS,
     CONTENDERS,
     DEEP,
+    GRID_CELLS,
+    Cell,
     ablations,
     cells,
+    city_cells,
     contenders,
     is_trained,
     options_of,
