@@ -178,6 +178,16 @@ def diamonds(field: str, y: alt.Y, title: str, size: int) -> alt.Chart:
     return drawn
 
 
+def vertical_at(x: float) -> alt.Chart:
+    """Return a vertical line, drawn once and not for every row of a figure's data (ours)."""
+    line: alt.Chart = (
+        alt.Chart(alt.InlineData(values=[{}]))
+        .mark_rule(color=INK, strokeWidth=1.2)
+        .encode(x=alt.datum(x))
+    )
+    return line
+
+
 def line_legend(**more: Any) -> alt.Legend:
     """Return a legend below the figure that shows lines as strokes."""
     strokes: dict[str, Any] = {"symbolType": "stroke", "symbolSize": 240, "symbolStrokeWidth": 2}

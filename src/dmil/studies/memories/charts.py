@@ -23,6 +23,7 @@ from dmil.reports.marks import (
     ticks,
     tips,
     values,
+    vertical_at,
 )
 from dmil.reports.sheet import label_places
 from dmil.reports.theme import FAINT
@@ -35,7 +36,6 @@ from dmil.studies.memories.names import (
     named,
     palette,
     ranked,
-    vertical_at,
 )
 from dmil.studies.memories.statements import SUBJECTS
 

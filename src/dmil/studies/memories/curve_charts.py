@@ -17,6 +17,7 @@ from dmil.reports.marks import (
     log_field,
     tips,
     values,
+    vertical_at,
 )
 from dmil.reports.theme import FAINT
 from dmil.studies.memories.names import (
@@ -26,7 +27,6 @@ from dmil.studies.memories.names import (
     dashes,
     named,
     palette,
-    vertical_at,
 )
 
 _PANEL = (205, 130)

@@ -5,12 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-import altair as alt
 import polars as pl
 
 from dmil.controllers.variants import parse_variant
 from dmil.reports.labels import colour, dash, short_label
-from dmil.reports.theme import INK
+from dmil.studies.memories.plan import CITY, Cell
 
 MAX_PRESSURE = "max-pressure"
 LONGEST_QUEUE = "longest-queue-first"
@@ -24,17 +23,11 @@ REFERENCES: dict[str, str] = {
 }
 """References of paired differences, and the prefixes of their columns. The planner knows all
 arrivals, and runs on one intersection only: the limit there."""
-CITY = "cityflow:"
 
 _SHORT = {
     "approaching=true": " + approaching",
     "embedding=complex": ", complex classes",
 }
-
-
-def cell_name(scenario: str, load: float | None) -> str:
-    """Return a cell's name in one word, such as ``grid:5x5*3`` (ours)."""
-    return scenario if load in (None, 1.0) else f"{scenario}*{load:g}"
 
 
 def cell_label(name: str) -> str:
@@ -60,16 +53,6 @@ def controller_name(label: str) -> str:
     return "".join([short_label(name), *parts])
 
 
-def vertical_at(x: float) -> alt.Chart:
-    """Return a vertical line, drawn once and not for every row of a figure's data (ours)."""
-    line: alt.Chart = (
-        alt.Chart(alt.InlineData(values=[{}]))
-        .mark_rule(color=INK, strokeWidth=1.2)
-        .encode(x=alt.datum(x))
-    )
-    return line
-
-
 def colour_of(label: str) -> str:
     """Return the colour of a controller with its options."""
     variant = parse_variant(label)
@@ -92,7 +75,8 @@ def dashes(labels: Sequence[str]) -> dict[str, list[int]]:
 
 def with_cell(rows: pl.DataFrame) -> pl.DataFrame:
     """Return a table with the name of the ``cell``, from ``scenario`` and ``load`` (ours)."""
-    names = [cell_name(*row) for row in rows.select("scenario", "load").rows()]
+    places = rows.select("scenario", "load").rows()
+    names = [Cell(place, 1.0 if load is None else load).name for place, load in places]
     return rows.with_columns(cell=pl.Series(names, dtype=pl.String))
 
 
