@@ -40,7 +40,8 @@ class MemoriesReport:
     def tables(self) -> dict[str, str | bytes]:
         """Return the tables' files by name."""
         made = self._tables
-        return {f"tables/{name}.csv": csv(getattr(made, name)) for name in CSV} | {
+        return {
+            **{f"tables/{name}.csv": csv(getattr(made, name)) for name in CSV},
             "tables/standing.md": standing_markdown(made),
             "tables/standing.tex": standing_latex(made),
             "tables/claims_evidence.csv": evidence_csv(made.claims),

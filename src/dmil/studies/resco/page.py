@@ -53,7 +53,8 @@ class RescoReport:
         made = self._tables
         own = {name: getattr(made, name) for name in ("overall", "training", "agreement")}
         own |= {"delay": made.headline, "metrics": made.scores, "published": published_table()}
-        return {f"tables/{name}.csv": csv(table) for name, table in own.items()} | {
+        return {
+            **{f"tables/{name}.csv": csv(table) for name, table in own.items()},
             "tables/delay.tex": delay_latex(made.headline, made.judged.judge),
             "tables/agreement.tex": agreement_latex(made.agreement),
         }
