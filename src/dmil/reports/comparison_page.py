@@ -22,6 +22,10 @@ from dmil.results.metrics import COMPARED, COMPARISON_PAGE, METRICS, Metric
 from dmil.statistics import Estimate
 from dmil.version import __version__
 
+ROW_PX = 38
+BROAD = 10.0
+"""From this ratio between most and least on the axis is logarithmic, or a locked run hides all."""
+
 
 def write_comparison(
     path: Path,
@@ -143,11 +147,6 @@ def _cell(estimate: Estimate, i: int, metric: Metric) -> dict[str, Any]:
         None if each[i] != each[i] else float(each[i]) * metric.factor for each in ends
     )
     return {"value": value, "low": low, "high": high, "digits": metric.digits}
-
-
-ROW_PX = 38
-BROAD = 10.0
-"""From this ratio between most and least on the axis is logarithmic, or a locked run hides all."""
 
 
 def contenders_chart(found: Comparison, metric: str, title: str) -> Chart:

@@ -13,6 +13,8 @@ _SIMULATORS = {
     "sumo-meso": "SUMO, mesoscopic",
     "queue-calibrated": "queue, calibrated",
 }
+UNKNOWN = "#AA3377"
+"""Colour of controllers that a user brings."""
 
 
 def controller_label(controller: str) -> str:
@@ -74,10 +76,6 @@ def signed(value: float | None, digits: int = 1) -> str:
 def counted(number: int, name: str) -> str:
     """Return a number and what it counts: "3 links" for 3 and "link"."""
     return f"{number:,} {name}{'' if number == 1 else 's'}"
-
-
-UNKNOWN = "#AA3377"
-"""Colour of controllers that a user brings."""
 
 
 def colour(controller: str, options: Iterable[str] = ()) -> str:

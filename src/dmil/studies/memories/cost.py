@@ -14,6 +14,22 @@ from dmil.seeding import stream
 from dmil.studies.memories.arranged import WAIT, Arranged
 from dmil.studies.memories.names import MAX_PRESSURE, with_cell
 
+_MEASURED = (
+    ("entries_per_agent", "entries_per_agent", np.nanmean),
+    ("entries_total", "entries_total", np.nanmean),
+    ("bytes_per_intersection", "bytes_per_intersection", np.nanmean),
+    ("bytes_largest", "bytes_per_intersection", np.nanmax),
+    ("us_per_decision", "us_per_decision", np.nanmedian),
+)
+"""Columns of `cost`: of which measure, and how it is summarised over seeds."""
+_CURVE: dict[str, type[pl.DataType]] = {
+    "cell": pl.String,
+    "controller": pl.String,
+    "run": pl.Int64,
+    "test": pl.Boolean,
+    **dict.fromkeys(("mean", "low", "high", "base"), pl.Float64),
+}
+
 
 def cost(runs: Arranged) -> pl.DataFrame:
     """Return what every controller costs in every cell (ours).
@@ -73,16 +89,6 @@ def hit_rates(results: Results) -> pl.DataFrame:
         .select("cell", "controller", "source", "share")
         .fill_nan(None)
     )
-
-
-_MEASURED = (
-    ("entries_per_agent", "entries_per_agent", np.nanmean),
-    ("entries_total", "entries_total", np.nanmean),
-    ("bytes_per_intersection", "bytes_per_intersection", np.nanmean),
-    ("bytes_largest", "bytes_per_intersection", np.nanmax),
-    ("us_per_decision", "us_per_decision", np.nanmedian),
-)
-"""Columns of `cost`: of which measure, and how it is summarised over seeds."""
 
 
 def _over_seeds(summary: object, values: Values) -> Values:
@@ -168,12 +174,3 @@ def memory_courses(results: Results, runs: Arranged) -> pl.DataFrame:
         .select("cell", "controller", "hour", "bytes")
         .filter(pl.col("bytes") > 0)
     )
-
-
-_CURVE: dict[str, type[pl.DataType]] = {
-    "cell": pl.String,
-    "controller": pl.String,
-    "run": pl.Int64,
-    "test": pl.Boolean,
-    **dict.fromkeys(("mean", "low", "high", "base"), pl.Float64),
-}

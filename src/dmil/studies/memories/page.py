@@ -25,6 +25,12 @@ SECTIONS = {
     "limits": "The limit",
     "rivals": "Claims on the other memories",
 }
+_REFERENCE_HEADS = {
+    "max_pressure": "against max-pressure",
+    "longest_queue": "against longest queue",
+    "approaching": "against longest queue + approaching",
+    "limit": "against the planner",
+}
 
 
 class MemoriesReport:
@@ -118,14 +124,6 @@ def _costs(cost: pl.DataFrame) -> dict[str, dict[str, Any]]:
 
 REPORT = MemoriesReport
 """What makes the report of such a study."""
-
-
-_REFERENCE_HEADS = {
-    "max_pressure": "against max-pressure",
-    "longest_queue": "against longest queue",
-    "approaching": "against longest queue + approaching",
-    "limit": "against the planner",
-}
 
 
 def standing_markdown(tables: MemoriesTables) -> str:

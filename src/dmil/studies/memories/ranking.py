@@ -26,6 +26,18 @@ from dmil.studies.memories.arranged import WAIT, Arranged
 from dmil.studies.memories.names import MAX_PRESSURE, REFERENCES
 from dmil.studies.memories.statements import SUBJECT
 
+THRESHOLDS = np.geomspace(0.5, 10.0, 100)
+_PROFILE: dict[str, type[pl.DataType]] = {
+    "controller": pl.String,
+    **dict.fromkeys(("ratio", "share", "low", "high"), pl.Float64),
+}
+_ABLATION: dict[str, type[pl.DataType]] = {
+    "controller": pl.String,
+    "cell": pl.String,
+    **dict.fromkeys(("pct", "low", "high"), pl.Float64),
+    "n": pl.Int64,
+}
+
 
 def standing(runs: Arranged) -> pl.DataFrame:
     """Return how long vehicles wait under every controller in every cell (ours).
@@ -126,9 +138,6 @@ def _holm(values: list[Values], base: list[Values], itself: int | None) -> pl.Se
     return as_column(found)
 
 
-THRESHOLDS = np.geomspace(0.5, 10.0, 100)
-
-
 def profiles(runs: Arranged) -> pl.DataFrame:
     """Return the performance profile of every controller over all cells (ours).
 
@@ -188,15 +197,3 @@ def ablation(runs: Arranged) -> pl.DataFrame:
             rows.append((name, cell, *ends, int(found.seeds[0])))
     table = pl.DataFrame(rows, schema=_ABLATION, orient="row").fill_nan(None)
     return table.filter(pl.col("n") > 0)
-
-
-_PROFILE: dict[str, type[pl.DataType]] = {
-    "controller": pl.String,
-    **dict.fromkeys(("ratio", "share", "low", "high"), pl.Float64),
-}
-_ABLATION: dict[str, type[pl.DataType]] = {
-    "controller": pl.String,
-    "cell": pl.String,
-    **dict.fromkeys(("pct", "low", "high"), pl.Float64),
-    "n": pl.Int64,
-}

@@ -46,6 +46,12 @@ from dmil.training import evaluate, train, vehicles_of_seed
 from dmil.training.episodes import EpisodeRecorder
 from dmil.training.recording import series_rows
 
+SERIES_EVERY_S = 60
+"""The course of a run is kept at about this distance."""
+Courses = tuple[npt.NDArray[np.int32], ...]
+WINDOW_S = 900
+"""Queues are compared over a quarter of an hour: shorter, and chance alone turns the sign."""
+
 
 @dataclass(frozen=True)
 class MemoriesStudy:
@@ -105,11 +111,6 @@ class MemoriesStudy:
     def prepare(self, folder: Path, executor: Executor) -> Callable[[MemoriesUnit], TrialResult]:
         """Return what runs one trial."""
         return partial(run_unit, self.settings)
-
-
-SERIES_EVERY_S = 60
-"""The course of a run is kept at about this distance."""
-Courses = tuple[npt.NDArray[np.int32], ...]
 
 
 def run_unit(settings: MemoriesStudySettings, unit: MemoriesUnit) -> TrialResult:
@@ -227,10 +228,6 @@ def _thinned(rows: list[Row]) -> list[Row]:
             kept.append(row)
             until = row["time_s"] - row["time_s"] % SERIES_EVERY_S + SERIES_EVERY_S
     return [*kept, rows[-1]]
-
-
-WINDOW_S = 900
-"""Queues are compared over a quarter of an hour: shorter, and chance alone turns the sign."""
 
 
 def decisions_until_better(

@@ -43,6 +43,7 @@ _CSV = {name: name for name in ("summary", "sensitivity", "memory", "exchange", 
 
 #: Fewer seeds than this and the intervals are too narrow to rely on.
 FEW_SEEDS = 8
+_BASELINES = ("longest-queue-first", "max-pressure")
 
 
 class PaperReport:
@@ -215,9 +216,6 @@ def _with_label(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
 
 REPORT = PaperReport
 """What makes the report of such a study."""
-
-
-_BASELINES = ("longest-queue-first", "max-pressure")
 
 
 def paper_table_latex(table: pl.DataFrame, preset: str) -> str:

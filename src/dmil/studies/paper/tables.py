@@ -30,6 +30,29 @@ from dmil.studies.paper.summaries import (
     summary,
 )
 
+NARROW = 0.05
+"""A ± of the paper below this is a measure; some of its cells have .1, within which most lie."""
+PAPER_RULE = "communication=true"
+"""The variant that is the paper's own: long-term memories, every T seconds."""
+_STORED = {
+    "first_long": "first_long_entries",
+    "long": "long_entries",
+    "entries": "entries_per_agent",
+    "long_slope": "long_entries_per_decision",
+    "short_slope": "short_entries_per_decision",
+    "shared": "entries_total",
+}
+"""Columns of `memory_table`, and which measure each is the mean of."""
+_KEYS = ("preset", "scenario", "reward", "variant")
+_MEANS = {
+    "horizon_s": "horizon_s",
+    "entries": "entries_per_agent",
+    "entries_total": "entries_total",
+    "messages": "messages",
+    "exchanged_bytes": "exchanged_bytes",
+}
+"""The same of `exchange_table`."""
+
 
 @dataclass(frozen=True, slots=True)
 class PaperTables:
@@ -71,10 +94,6 @@ def paper_tables(results: Results) -> PaperTables:
         exchange=exchange_table(cells),
         claims=claims(cells),
     )
-
-
-NARROW = 0.05
-"""A ± of the paper below this is a measure; some of its cells have .1, within which most lie."""
 
 
 def complex_readings(results: Results | Cells) -> pl.DataFrame:
@@ -178,27 +197,6 @@ def memory_table(results: Results | Cells) -> pl.DataFrame:
         )
         .filter(pl.col("long").is_not_null())
     )
-
-
-PAPER_RULE = "communication=true"
-"""The variant that is the paper's own: long-term memories, every T seconds."""
-
-_STORED = {
-    "first_long": "first_long_entries",
-    "long": "long_entries",
-    "entries": "entries_per_agent",
-    "long_slope": "long_entries_per_decision",
-    "short_slope": "short_entries_per_decision",
-    "shared": "entries_total",
-}
-_KEYS = ("preset", "scenario", "reward", "variant")
-_MEANS = {
-    "horizon_s": "horizon_s",
-    "entries": "entries_per_agent",
-    "entries_total": "entries_total",
-    "messages": "messages",
-    "exchanged_bytes": "exchanged_bytes",
-}
 
 
 def exchange_table(results: Results | Cells) -> pl.DataFrame:

@@ -36,6 +36,27 @@ from dmil.studies.resco.published import (
     published_by,
 )
 
+FEWEST_FOR_IQM = 8
+"""Seeds from which on the interquartile mean of one network says more than the mean."""
+BIN_S = 60
+"""Seconds that one point of a queue's course averages."""
+_CURVE: dict[str, type[pl.DataType]] = {
+    "scenario": pl.String,
+    "contender": pl.String,
+    "learner": pl.Int64,
+    "trained_in": pl.String,
+    "episode": pl.Int64,
+    "n": pl.Int64,
+    **dict.fromkeys(
+        ("mean", "low", "high", "entries", "last", "last_low", "last_high"), pl.Float64
+    ),
+}
+_BEST = {"episode": "best_episode", "mean": "best", "low": "best_low", "high": "best_high"}
+_COURSE: dict[str, type[pl.DataType]] = {
+    "contender": pl.String,
+    **dict.fromkeys(("time_s", "mean", "low", "high"), pl.Float64),
+}
+
 
 @dataclass(frozen=True, slots=True)
 class RescoTables:
@@ -132,10 +153,6 @@ def overall(runs: Judged) -> pl.DataFrame:
     return pl.concat(frames)
 
 
-FEWEST_FOR_IQM = 8
-"""Seeds from which on the interquartile mean of one network says more than the mean."""
-
-
 def scores(runs: Judged) -> pl.DataFrame:
     """Return every metric of every contender, network and simulator (ours).
 
@@ -215,28 +232,6 @@ def _quartile_means(columns: Values) -> pl.Series:
         enough = len(present) >= FEWEST_FOR_IQM
         found.append(float(interquartile_mean(present)) if enough else None)
     return pl.Series(found, dtype=pl.Float64)
-
-
-BIN_S = 60
-"""Seconds that one point of a queue's course averages."""
-
-_CURVE: dict[str, type[pl.DataType]] = {
-    "scenario": pl.String,
-    "contender": pl.String,
-    "learner": pl.Int64,
-    "trained_in": pl.String,
-    "episode": pl.Int64,
-    "n": pl.Int64,
-    **dict.fromkeys(
-        ("mean", "low", "high", "entries", "last", "last_low", "last_high"), pl.Float64
-    ),
-}
-
-_BEST = {"episode": "best_episode", "mean": "best", "low": "best_low", "high": "best_high"}
-_COURSE: dict[str, type[pl.DataType]] = {
-    "contender": pl.String,
-    **dict.fromkeys(("time_s", "mean", "low", "high"), pl.Float64),
-}
 
 
 def learning_curves(results: Results, runs: Judged, only: str | None = None) -> pl.DataFrame:
