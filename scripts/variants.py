@@ -30,7 +30,7 @@ from dmil.scenarios import Scenario
 from dmil.seeding import stream
 from dmil.simulation import QueueSimulator
 from dmil.statistics import paired_difference
-from dmil.studies.memories.cells import GRID_CELLS, Cell
+from dmil.studies.memories.plan import GRID_CELLS, Cell
 from dmil.studies.paper.settings import PRESETS
 from dmil.training import evaluate, train_prior, vehicles_of_seed
 

@@ -43,7 +43,7 @@ COMMANDS = {
     "bench": "Measure the speed of simulator, controllers and look-ups.",
     "version": "Print the versions of dmil and its dependencies.",
 }
-WORK = {"study": "dmil.studies.paper.block", "tune": "dmil.experiments.tuning.scoring"}
+WORK = {"study": "dmil.studies.paper.study", "tune": "dmil.experiments.tuning.scoring"}
 """Commands that run worker processes, and the module that these import."""
 OK, FAILED, USER_ERROR = 0, 1, 2
 SCENARIO = "--scenario"

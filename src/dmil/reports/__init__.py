@@ -13,15 +13,9 @@ if TYPE_CHECKING:
 
 __all__ = ["FORMATS", "save_figure", "specification"]
 
-_FILE_OF = {
-    "FORMATS": "export",
-    "save_figure": "export",
-    "specification": "export",
-}
-
 
 def __getattr__(name: str) -> Any:
     """Load a public name from its file."""
-    if name not in _FILE_OF:
+    if name not in __all__:
         raise AttributeError(f"module 'dmil.reports' has no attribute '{name}'")
-    return getattr(importlib.import_module(f"dmil.reports.{_FILE_OF[name]}"), name)
+    return getattr(importlib.import_module("dmil.reports.export"), name)

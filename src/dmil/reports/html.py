@@ -1,16 +1,15 @@
-"""Pages from templates: what all of them know, and one look."""
+"""Pages from templates: what all of them know, one look, and the configuration of a study."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import jinja2
 from markupsafe import Markup
 
 from dmil.errors import unknown_name
-from dmil.reports.export import embedded, script_bundle
-from dmil.reports.figure import Figure
+from dmil.reports.export import Figure, embedded, script_bundle
 from dmil.reports.labels import controller_label, interval, number, signed
 from dmil.reports.theme import DARK
 from dmil.results import Results
@@ -18,13 +17,7 @@ from dmil.version import __version__
 
 
 def environment(package: str | None = None) -> jinja2.Environment:
-    """Return the templates that all pages use, and their filters.
-
-    Parameters
-    ----------
-    package
-        Package with templates of its own, beside its modules.
-    """
+    """Return the templates that all pages use, and those of a package, beside its modules."""
     loaders = [jinja2.PackageLoader("dmil.reports")]
     if package:
         loaders.append(jinja2.PackageLoader(package, "."))
@@ -73,3 +66,37 @@ def check_preset(chosen: str | None, only: str) -> None:
     """
     if chosen not in (None, only):
         raise unknown_name("preset in this study", str(chosen), [only])
+
+
+def configuration_rows(configuration: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return every value of a configuration with its dotted name."""
+    return [(name, shown(value)) for name, value in leaves(configuration)]
+
+
+def find_value(configuration: Mapping[str, Any], name: str, default: Any) -> Any:
+    """Return the first value of that name anywhere in a configuration."""
+    for key, value in leaves(configuration):
+        if key.rsplit(".", 1)[-1] == name:
+            return value
+    return default
+
+
+def leaves(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield dotted names and values; lists of plain values are one value."""
+    if isinstance(value, Mapping):
+        for key, inner in value.items():
+            yield from leaves(inner, f"{name}.{key}" if name else str(key))
+    elif isinstance(value, list) and any(isinstance(item, Mapping) for item in value):
+        for number, inner in enumerate(value):
+            yield from leaves(inner, f"{name}.{number}")
+    else:
+        yield name, value
+
+
+def shown(value: Any) -> str:
+    """Return a value as text: long lists of numbers by their ends."""
+    if isinstance(value, list):
+        if len(value) > 12 and all(isinstance(item, int) for item in value):
+            return f"{value[0]} … {value[-1]} ({len(value)} values)"
+        return ", ".join(shown(item) for item in value)
+    return "–" if value is None else str(value)

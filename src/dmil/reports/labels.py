@@ -1,16 +1,20 @@
-"""Names as a reader should see them."""
+"""Names, colours and dashes as a reader should see them: the same in every report."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from dmil.controllers import CONTROLLERS
+from dmil.symmetry import EMBEDDINGS
 
 _SIMULATORS = {
     "sumo": "SUMO",
     "sumo-meso": "SUMO, mesoscopic",
     "queue-calibrated": "queue, calibrated",
 }
+UNKNOWN = "#AA3377"
+"""Colour of controllers that a user brings."""
 
 
 def controller_label(controller: str) -> str:
@@ -72,3 +76,30 @@ def signed(value: float | None, digits: int = 1) -> str:
 def counted(number: int, name: str) -> str:
     """Return a number and what it counts: "3 links" for 3 and "link"."""
     return f"{number:,} {name}{'' if number == 1 else 's'}"
+
+
+def colour(controller: str, options: Iterable[str] = ()) -> str:
+    """Return a controller's colour; some options, such as an embedding, have a shade of it."""
+    entry = CONTROLLERS.get(controller)
+    if entry is None:
+        return UNKNOWN
+    return next((entry.shades[each] for each in options if each in entry.shades), entry.colour)
+
+
+def dash(controller: str) -> list[int]:
+    """Return how a controller's lines are dashed: px drawn, px left out."""
+    return list(CONTROLLERS[controller].dash) if controller in CONTROLLERS else [1, 0]
+
+
+def colours_by_label() -> dict[str, str]:
+    """Return the colour of every label, such as "SARSA" and "Dual memory complex"."""
+    return {
+        f"{controller_label(name)} {embedding}".strip(): colour(name, [embedding])
+        for name in CONTROLLERS
+        for embedding in ("", *EMBEDDINGS)
+    }
+
+
+def dashes_by_label() -> dict[str, list[int]]:
+    """Return the dash of every controller's label."""
+    return {controller_label(name): dash(name) for name in CONTROLLERS}

@@ -11,14 +11,16 @@ from typing import Any, TypeVar
 import altair as alt
 import polars as pl
 
-from dmil.reports.styles import colour, dashes_by_label
-from dmil.reports.theme import ONE_COLUMN, colours
+from dmil.reports.labels import colour, dashes_by_label
+from dmil.reports.theme import INK, ONE_COLUMN, colours
 
 Chart = alt.TopLevelMixin
 Axis = TypeVar("Axis", alt.X, alt.Y)
 
 WAIT_TITLE = "W/Vc (s per vehicle)"
 RULES = ("longest queue first", "max-pressure")
+INTERVAL = ("mean", "low", "high", "n")
+"""Columns that `dots` draws."""
 _MANTISSA = "datum.value / pow(10, floor(log(datum.value) / LN10 + 1e-9))"
 _LABELLED = f"indexof([1, 2, 3, 5, 7], round(100 * {_MANTISSA}) / 100) >= 0"
 #: Label only 1, 2, 3, 5 and 7 times a power of ten on a logarithmic axis.
@@ -64,14 +66,11 @@ def lines(
     ----------
     data
         Columns ``line``, ``time_s`` (or the field of ``x``), ``mean``, ``low``, ``high``.
-    order
-        Names of lines in the order of the legend; those without data are left out.
-    palette, dashes
-        Colour and dash of each name.
-    y_title
-        Title of the vertical axis, with its unit.
-    title
-        Title of the figure.
+    order, palette, dashes
+        Names of lines in the order of the legend, those without data left out; colour and dash of
+        each.
+    y_title, title
+        Of the vertical axis, with its unit, and of the figure.
     x, x_title
         Horizontal axis, time by default, and what it is called.
     y
@@ -129,7 +128,7 @@ def dots(
     format: str = ".3f",
     x: Callable[[str], alt.X] | None = None,
 ) -> list[alt.Chart]:
-    """Draw means as dots on their interval; the data has ``mean``, ``low``, ``high``, ``n``.
+    """Draw means as dots on their interval; the data has the columns of `INTERVAL`.
 
     The axis of a field is ``x(field)``, by default linear.
     """
@@ -151,6 +150,11 @@ def dots(
     return [bar, dot]
 
 
+def tips(*fields: str) -> list[alt.Tooltip]:
+    """Return what is said of a mark where a page is interactive: some of its fields."""
+    return [alt.Tooltip(each) for each in fields]
+
+
 def panels_across(field: str, order: list[str]) -> alt.Column:
     """Put the panels side by side, each under its name."""
     return alt.Column(f"{field}:N", sort=order, header=alt.Header(title=None))
@@ -162,10 +166,32 @@ def panels_down(field: str, order: list[str]) -> alt.Row:
     return alt.Row(f"{field}:N", sort=order, header=header)
 
 
+def diamonds(field: str, y: alt.Y, title: str, size: int) -> alt.Chart:
+    """Draw numbers of a publication as hollow diamonds."""
+    look: dict[str, Any] = {"filled": False, "color": INK, "strokeWidth": 1.2, "opacity": 1}
+    drawn: alt.Chart = (
+        alt.Chart()
+        .transform_filter(f"isValid(datum.{field})")
+        .mark_point(shape="diamond", size=size, **look)
+        .encode(x=alt.X(f"{field}:Q"), y=y, tooltip=[alt.Tooltip(f"{field}:Q", title=title)])
+    )
+    return drawn
+
+
+def vertical_at(x: float) -> alt.Chart:
+    """Return a vertical line, drawn once and not for every row of a figure's data (ours)."""
+    line: alt.Chart = (
+        alt.Chart(alt.InlineData(values=[{}]))
+        .mark_rule(color=INK, strokeWidth=1.2)
+        .encode(x=alt.datum(x))
+    )
+    return line
+
+
 def line_legend(**more: Any) -> alt.Legend:
     """Return a legend below the figure that shows lines as strokes."""
     strokes: dict[str, Any] = {"symbolType": "stroke", "symbolSize": 240, "symbolStrokeWidth": 2}
-    return alt.Legend(title=None, orient="bottom", **strokes | more)
+    return alt.Legend(title=None, **{"orient": "bottom"} | strokes | more)
 
 
 def dashed(

@@ -30,13 +30,7 @@ ALONE, ANOTHER = "#3a3a3a", "#858585"
 
 
 def network_chart(diagnosis: Diagnosis) -> Chart:
-    """Draw a network.
-
-    Parameters
-    ----------
-    diagnosis
-        What was understood of it.
-    """
+    """Draw a network."""
     facts = diagnosis.network
     frame = _Frame(diagnosis.case.network)
     rows = _listed(diagnosis)
@@ -129,14 +123,7 @@ def _tip(number: int, item: IntersectionFacts) -> dict[str, str]:
 
 
 def apart(places: Points, distance: float) -> Points:
-    """Push places away from each other until none are nearer than a distance.
-
-    Parameters
-    ----------
-    places: (places, 2) float64
-    distance
-        How far they shall be apart at least.
-    """
+    """Push places, (places, 2) float64, away from each other until none are nearer than that."""
     moved = places.copy()
     for _ in range(60):
         calm = True

@@ -1,9 +1,10 @@
-"""A drawing in px that is put together from lines, areas and words, and becomes one chart."""
+"""A drawing in px of lines, areas and words that becomes one chart; names beside points."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import altair as alt
@@ -20,31 +21,13 @@ _NARROW, _WIDE = set("iljtfrI.,:;'|!()[] "), set("mwMW@%")
 
 
 def text_width(text: str, size_px: float) -> float:
-    """Return about how wide a text is in px.
-
-    Parameters
-    ----------
-    text
-        One line.
-    size_px
-        Height of its font.
-    """
+    """Return about how wide a line of text is in px, in a font of a height."""
     kinds = ("narrow" if c in _NARROW else "wide" if c in _WIDE else "usual" for c in text)
     return size_px * sum(_LETTER_WIDTH[kind] for kind in kinds)
 
 
 def shortened(text: str, width_px: float, size_px: float) -> str:
-    """Return a text that is no wider than asked for, cut at its end if need be.
-
-    Parameters
-    ----------
-    text
-        One line.
-    width_px
-        What there is room for.
-    size_px
-        Height of its font.
-    """
+    """Return a line of text that is no wider than asked for, cut at its end if need be."""
     if text_width(text, size_px) <= width_px:
         return text
     while text and text_width(f"{text}…", size_px) > width_px:
@@ -53,12 +36,9 @@ def shortened(text: str, width_px: float, size_px: float) -> str:
 
 
 class Sheet:
-    """Collects what is drawn; x to the right, y downwards, later things above earlier ones.
+    """Collects what is drawn, in px; x to the right, y downwards, later things above earlier ones.
 
-    Parameters
-    ----------
-    width, height
-        Size in px.
+    A ``tip``, names and values, is shown where a page is interactive.
     """
 
     def __init__(self, width: float, height: float) -> None:
@@ -76,29 +56,13 @@ class Sheet:
         cap: str = "butt",
         tip: Mapping[str, str] | None = None,
     ) -> None:
-        """Draw a line; ``tip`` is shown where a page is interactive.
-
-        Parameters
-        ----------
-        points: (points, 2) float64
-        colour, width, dash, cap
-            Its look.
-        tip
-            Names and values.
-        """
+        """Draw a line through (points, 2) float64."""
         style = {"colour": colour, "width": round(width, 2)}
         names = tuple(tip) if tip else ()
         self._path(("line", dash, cap, names), points, style | dict(tip or {}))
 
     def area(self, points: Points, colour: str) -> None:
-        """Fill a polygon.
-
-        Parameters
-        ----------
-        points: (corners, 2) float64
-        colour
-            Of its inside.
-        """
+        """Fill a polygon of (corners, 2) float64."""
         self._path(("area",), points, {"colour": colour})
 
     def dot(
@@ -111,17 +75,7 @@ class Sheet:
         rim_width: float = 0.0,
         tip: Mapping[str, str] | None = None,
     ) -> None:
-        """Draw a circle.
-
-        Parameters
-        ----------
-        place
-            Its middle.
-        radius, colour, rim, rim_width
-            Its look.
-        tip
-            Names and values, shown where a page is interactive.
-        """
+        """Draw a circle around ``place``."""
         row = {
             "x": round(float(place[0]), 2),
             "y": round(float(place[1]), 2),
@@ -142,17 +96,7 @@ class Sheet:
         align: str = "left",
         bold: bool = False,
     ) -> None:
-        """Write a line, its middle at the height of ``place``.
-
-        Parameters
-        ----------
-        place
-            Where.
-        text
-            What.
-        size, colour, align, bold
-            Its look.
-        """
+        """Write a line, its middle at the height of ``place``."""
         row = {"x": round(float(place[0]), 2), "y": round(float(place[1]), 2), "text": text}
         self._rows(("text", size, align, bold)).append(row | {"colour": colour})
 
@@ -164,14 +108,7 @@ class Sheet:
         *,
         dash: tuple[int, ...] = (),
     ) -> None:
-        """Draw lines with a head at the end of each.
-
-        Parameters
-        ----------
-        ways: iterable of (points, 2) float64
-        colour, width, dash
-            Their look.
-        """
+        """Draw lines, (points, 2) float64 each, with a head at the end of each."""
         length = 2.2 + 2.6 * width
         heads = []
         for points in ways:
@@ -188,13 +125,7 @@ class Sheet:
             self.area(head, colour)
 
     def chart(self, title: alt.TitleParams) -> Chart:
-        """Return the drawing as a chart.
-
-        Parameters
-        ----------
-        title
-            What stands above it.
-        """
+        """Return the drawing as a chart."""
         layers = [self._layer(look, rows) for look, rows in self._parts]
         chart: Chart = alt.layer(*layers, width=self.width, height=self.height, title=title)
         return chart
@@ -221,8 +152,8 @@ class Sheet:
             "y": alt.Y("y:Q", scale=alt.Scale(domain=[self.height, 0]), axis=None),
         }
         base = alt.Chart(alt.InlineData(values=json.dumps(rows)))
-        colour = alt.Color("colour:N", scale=None, legend=None)
-        fill = alt.Fill("colour:N", scale=None, legend=None)
+        own: dict[str, Any] = {"scale": None, "legend": None}
+        colour, fill = alt.Color("colour:N", **own), alt.Fill("colour:N", **own)
         path = {"detail": alt.Detail("path:N"), "order": alt.Order("at:Q")}
         drawn: alt.Chart
         if kind == "text":
@@ -239,8 +170,8 @@ class Sheet:
             mark = base.mark_point(filled=True, opacity=1, strokeWidth=rim_width)
             drawn = mark.encode(
                 fill=fill,
-                stroke=alt.Stroke("rim:N", scale=None, legend=None),
-                size=alt.Size("size:Q", scale=None, legend=None),
+                stroke=alt.Stroke("rim:N", **own),
+                size=alt.Size("size:Q", **own),
                 tooltip=[alt.Tooltip(f"{name}:N") for name in names],
                 **placed,
             )
@@ -254,9 +185,81 @@ class Sheet:
             )
             drawn = mark.encode(
                 color=colour,
-                strokeWidth=alt.StrokeWidth("width:N", scale=None, legend=None),
+                strokeWidth=alt.StrokeWidth("width:N", **own),
                 tooltip=[alt.Tooltip(f"{name}:N") for name in names],
                 **path,
                 **placed,
             )
         return drawn
+
+
+Box = tuple[float, float, float, float]
+"""Left, top, right, bottom in px."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a name goes: its anchor in px, at half of its height, and what of it stands there."""
+
+    x: float
+    y: float
+    align: str
+
+
+def label_places(
+    points: Sequence[tuple[float, float]],
+    names: Sequence[str],
+    *,
+    size: tuple[float, float],
+    letters_px: float = 11,
+    gap_px: float = 8,
+    taken: Sequence[Box] = (),
+) -> list[Place]:
+    """Place names beside their points: right, left, above, below or askew, the first that fits.
+
+    Points are in px from the upper left corner of a drawing of that size; ``gap_px`` is the
+    distance of a name to its point, and boxes that are ``taken`` are not free.
+    """
+    radius = gap_px / 2
+    boxes = [*taken, *((x - radius, y - radius, x + radius, y + radius) for x, y in points)]
+    places = []
+    for (x, y), name in zip(points, names, strict=True):
+        up = gap_px + letters_px / 2
+        options = [
+            Place(x + gap_px, y, "left"),
+            Place(x - gap_px, y, "right"),
+            Place(x, y - up, "center"),
+            Place(x, y + up, "center"),
+            Place(x + gap_px, y - up, "left"),
+            Place(x + gap_px, y + up, "left"),
+            Place(x - gap_px, y - up, "right"),
+            Place(x - gap_px, y + up, "right"),
+        ]
+        width = text_width(name, letters_px)
+        costs = [
+            sum(_overlap(_box(option, width, letters_px), box) for box in boxes)
+            + _outside(_box(option, width, letters_px), size)
+            for option in options
+        ]
+        best = options[min(range(len(options)), key=lambda number: (costs[number], number))]
+        places.append(best)
+        boxes.append(_box(best, width, letters_px))
+    return places
+
+
+def _box(place: Place, width: float, height: float) -> Box:
+    left = {"left": place.x, "right": place.x - width, "center": place.x - width / 2}[place.align]
+    return left, place.y - height / 2, left + width, place.y + height / 2
+
+
+def _overlap(one: Box, other: Box) -> float:
+    """Return the common area of two boxes."""
+    width = min(one[2], other[2]) - max(one[0], other[0])
+    height = min(one[3], other[3]) - max(one[1], other[1])
+    return max(width, 0.0) * max(height, 0.0)
+
+
+def _outside(box: Box, size: tuple[float, float]) -> float:
+    """Return how much of a box's area lies outside, counted more than once: it would be cut."""
+    inside = _overlap(box, (0.0, 0.0, *size))
+    return 3 * ((box[2] - box[0]) * (box[3] - box[1]) - inside)

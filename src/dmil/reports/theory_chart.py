@@ -20,14 +20,7 @@ def growth_ratios(
 ) -> Chart:
     """Draw ζ of the worst case over stagings beside ζ of the best case over states met.
 
-    Parameters
-    ----------
-    actions, staged_ratio, stage_period
-        |A|, κ and T.
-    stagings
-        n, last point of the worst case.
-    distinct_states
-        M, last point of the best case.
+    The first three are |A|, κ and T; the others the last points: n stagings, M distinct states.
     """
     n, m = _points(stagings), _points(distinct_states)
     worst = worst_case(actions, staged_ratio, stage_period, n)

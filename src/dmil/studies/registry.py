@@ -10,7 +10,7 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from dmil.errors import OutputError
-from dmil.reports.figure import Figure
+from dmil.reports.export import Figure
 from dmil.results import Results
 from dmil.studies.memories.study import MemoriesStudy
 from dmil.studies.paper.study import PaperStudy
@@ -25,10 +25,8 @@ class Report(Protocol):
 
     Parameters
     ----------
-    results
-        The study.
-    tables
-        Its tables, if they are there already.
+    results, tables
+        The study, and its tables, if they are there already.
     preset
         Preset that headline and figures show; None: its main one.
 

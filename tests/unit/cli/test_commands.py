@@ -217,7 +217,7 @@ def test_training_needs_a_file_and_a_memory(dmil, tmp_path):
 
 
 def test_a_study_with_a_failure_ends_with_1(dmil, tmp_path, monkeypatch):
-    monkeypatch.setattr("dmil.studies.paper.block.make_controller", fails_for_random)
+    monkeypatch.setattr("dmil.studies.paper.study.make_controller", fails_for_random)
     arguments = ("--grids", "1x1", "--seeds", 1, "--preset", "literal", "--jobs", 1, "--no-report")
     found = dmil.json("study", "paper", *arguments, "--out", tmp_path / "s", code=1)
     assert found["failed"] == 1

@@ -11,8 +11,8 @@ from dmil.experiments.store import StudyStore
 from dmil.parallel import LocalExecutor
 from dmil.results import Results
 from dmil.studies import PaperStudy, PaperStudySettings, run_study
-from dmil.studies.paper.block import run_block
 from dmil.studies.paper.plan import blocks
+from dmil.studies.paper.study import run_block
 from dmil.studies.paper.tables import paper_tables
 
 SETTINGS = PaperStudySettings(

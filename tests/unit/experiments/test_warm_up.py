@@ -12,7 +12,7 @@ warm_up._decide_from_memory()
 warm_up._run_the_others()
 """
 BLOCK = """
-from dmil.studies.paper.block import run_block
+from dmil.studies.paper.study import run_block
 from dmil.studies.paper.plan import Block
 from dmil.studies.paper.settings import PaperStudySettings
 

@@ -8,7 +8,7 @@ import pytest
 from dmil.controllers.tabular.choice import uniform_action
 from dmil.memory import ABSENT, look_up
 from dmil.reports.one_decision.page import best_story, markdown_of, shown_trace
-from dmil.reports.one_decision.words import decimal, subtracted, wrapped
+from dmil.reports.one_decision.story import decimal, subtracted, wrapped
 
 PAGE = Path(__file__).parents[3] / "docs" / "one-decision.md"
 

@@ -21,8 +21,7 @@ from dmil.network.lines import (
     without_repeats,
 )
 from dmil.reports import specification
-from dmil.reports.crossing import Crossing
-from dmil.reports.intersection_chart import intersection_chart
+from dmil.reports.intersection_chart import Crossing, intersection_chart
 from dmil.reports.network_chart import MOST_LISTED, SHAPE_COLOURS, apart, network_chart
 from dmil.reports.sheet import Sheet, shortened, text_width
 from tests.unit.network.conftest import generate  # noqa: F401  a fixture

@@ -4,9 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from dmil.reports.one_decision.story import Story
+from dmil.reports.one_decision.story import (
+    SIDES,
+    TURNS,
+    IntArray,
+    Story,
+    decimal,
+    line,
+    plain,
+    table,
+)
 from dmil.reports.one_decision.trace import Answer
-from dmil.reports.one_decision.words import SIDES, TURNS, IntArray, decimal, line, plain, table
 
 
 def seen(story: Story) -> str:

@@ -7,9 +7,8 @@ from math import isnan
 import numpy as np
 
 from dmil.memory import ABSENT, Found
-from dmil.reports.one_decision.story import Story
+from dmil.reports.one_decision.story import SIDES, Story, by_side, decimal, plain, subtracted, table
 from dmil.reports.one_decision.trace import StagedRow
-from dmil.reports.one_decision.words import SIDES, by_side, decimal, plain, subtracted, table
 
 
 def rewarded(story: Story) -> str:

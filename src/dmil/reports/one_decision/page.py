@@ -5,9 +5,8 @@ from __future__ import annotations
 from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.memory import ABSENT
 from dmil.reports.one_decision import knowing, learning
-from dmil.reports.one_decision.story import Story
+from dmil.reports.one_decision.story import Story, plain, wrapped
 from dmil.reports.one_decision.trace import Decision, Trace
-from dmil.reports.one_decision.words import plain, wrapped
 from dmil.scenarios import scenario
 
 SCENARIO, HORIZON_S, REWARD, SEED = "grid:3x3", 600, "diffusion", 0

@@ -1,13 +1,68 @@
-"""What the sections of the page share: one decision of a trace, and how its parts are called."""
+"""What the sections of the page share: a decision of a trace, names, numbers and tables."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from textwrap import fill
 
 import numpy as np
+import numpy.typing as npt
 
 from dmil.reports.one_decision.trace import Decision, Trace
-from dmil.reports.one_decision.words import SIDES, IntArray, line
+
+IntArray = npt.NDArray[np.int32]
+
+SIDES = ("East", "North", "West", "South")
+TURNS = ("right", "straight", "left")
+
+
+def decimal(value: float, digits: int = 3) -> str:
+    """Return a number with so many decimals and a true minus sign; nothing is shown as −0."""
+    return f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "−")
+
+
+def subtracted(value: float, digits: int = 3) -> str:
+    """Return a number as it stands behind a minus sign: in brackets if it is negative."""
+    text = decimal(value, digits)
+    return f"({text})" if text.startswith("−") else text
+
+
+def plain(value: float) -> str:
+    """Return a number as short as it can be, with a true minus sign."""
+    return f"{value:g}".replace("-", "−")
+
+
+def by_side(counts: IntArray) -> list[str]:
+    """Return the counts of each side, right, straight and left, as one text per side."""
+    return [" ".join(plain(count) for count in side) for side in np.split(counts, len(SIDES))]
+
+
+def line(counts: IntArray) -> str:
+    """Return the counts of all movements, sides separated, as code."""
+    return f"`{' · '.join(by_side(counts))}`"
+
+
+def table(heads: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
+    """Return a table in markdown."""
+    lines = (heads, ["-"] * len(heads), *rows)
+    return "\n".join(f"| {' | '.join(map(str, cells))} |" for cells in lines)
+
+
+def wrapped(text: str) -> str:
+    """Return markdown with its paragraphs broken into lines; headings, lists, tables stay."""
+    return "\n\n".join(_filled(block) for block in text.split("\n\n"))
+
+
+def _filled(block: str) -> str:
+    if block.startswith(("#", "- ", "| ")):
+        return block
+    # Code is not broken: only ASCII spaces are places to break at.
+    kept = re.sub("`[^`]*`", lambda code: code[0].replace(" ", "\N{NO-BREAK SPACE}"), block)
+    lines = fill(re.sub("[ \n]+", " ", kept), 110, break_long_words=False, break_on_hyphens=False)
+    return lines.replace("\N{NO-BREAK SPACE}", " ")
+
 
 PARTS = {1: ("",), 2: ("counts", "scaled")}
 """What the parts of a key are called, by how many it has."""
@@ -15,17 +70,7 @@ PARTS = {1: ("",), 2: ("counts", "scaled")}
 
 @dataclass(frozen=True, slots=True)
 class Story:
-    """A decision, told.
-
-    Attributes
-    ----------
-    trace
-        The run.
-    decision
-        The decision that the page follows.
-    staging
-        A decision that stages a short-term memory.
-    """
+    """A run, the decision in it that the page follows, and one that stages a short-term memory."""
 
     trace: Trace
     decision: Decision

@@ -49,12 +49,8 @@ class Answer:
     ----------
     row, variant: int
         Row of the state's class, and the symmetry that carries the state's key to the row's key.
-    stored: int
-        Its best action, as it is stored.
-    action: int
-        The same action for the state as it is.
-    value: float
-        Its Q.
+    stored, action, value
+        Its best action, as it is stored and for the state as it is, and its Q.
     """
 
     row: int
@@ -70,20 +66,16 @@ class Decision:
 
     Attributes
     ----------
-    moment, last
-        This decision and the one before, of all agents.
-    after
-        Memories after this decision.
-    agent: int
+    moment, last, after
+        This decision and the one before, of all agents; memories after this decision.
     key, last_key: (places,) int32
-    long, short: Answer or None
+    long, short
         What either memory says about the state; None if its class is not there.
-    explored: bool
     recalled: int
         Action that the memories recall; −1 if neither knows the class.
-    found, last_found: Found
+    found, last_found
         Where the classes of this and of the last state are.
-    known, following, learned: float
+    known, following, learned
         Q of the last state and action before; Q of this state and action; the new Q of the last.
     """
 
@@ -144,10 +136,8 @@ class StagedRow:
     Attributes
     ----------
     key: (places,) int32
-    action: int
-        Best action that was tried.
-    value: float
-        Its Q.
+    action, value
+        Best action that was tried, and its Q.
     outcome: str
         "forgotten", or if it is staged "new", "replaces" or "refused".
     known: float
@@ -164,16 +154,7 @@ class StagedRow:
 class Trace:
     """A run of dual-memory agents that start from a trained table, decision by decision.
 
-    Parameters
-    ----------
-    scenario
-        Where, and for how long both training and run last.
-    reward
-        Name of the reward.
-    seed
-        Master seed.
-    settings
-        Settings of the agents.
+    The scenario says for how long both training and run last.
     """
 
     def __init__(

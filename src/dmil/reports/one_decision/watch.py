@@ -24,16 +24,13 @@ class Moment:
 
     Attributes
     ----------
-    observation
-        What was seen.
     reward: (agents,) float64 or None
         Reward of the last actions.
     draws: (agents, 3) float64
         See `dmil.controllers.tabular.choice.DRAWS`.
     memory
-        Memories as they were before the decision.
+        As it was before the decision.
     action: (agents,) int32
-        What was chosen.
     """
 
     observation: Observation

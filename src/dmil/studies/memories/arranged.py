@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from dmil.analysis.panel import RunPanel, Values, check_success, numeric, on_axes
 from dmil.results import Results
-from dmil.studies.memories.names import CITY, cell_name
+from dmil.studies.memories.names import with_cell
+from dmil.studies.memories.plan import CITY
 
 WAIT = "wait_per_spawned_s"
 DIVERGED = "DivergedError"
@@ -69,9 +70,8 @@ def arranged(results: Results) -> Arranged:
         " from timings where decisions > 0"
     )
     key = ["scenario", "load", "seed", "controller"]
-    runs = runs.join(timings, on=key, how="left", nulls_equal=True).with_columns(
+    runs = with_cell(runs.join(timings, on=key, how="left", nulls_equal=True)).with_columns(
         bytes_per_intersection=pl.col("bytes_total") / pl.col("intersections"),
-        cell=pl.Series([cell_name(*row) for row in runs.select("scenario", "load").rows()]),
         planned=True,
         failed=pl.col("status") != "ok",
         diverged=pl.col("status").str.starts_with(DIVERGED),

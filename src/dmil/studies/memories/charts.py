@@ -8,29 +8,45 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import partial
+from typing import Any
 
 import altair as alt
 import polars as pl
 
-from dmil.reports.marks import Chart, coloured, dots, heading, lines, log_field, ticks, values
-from dmil.reports.point_labels import label_places
+from dmil.reports.marks import (
+    Chart,
+    coloured,
+    dots,
+    heading,
+    lines,
+    log_field,
+    ticks,
+    tips,
+    values,
+    vertical_at,
+)
+from dmil.reports.sheet import label_places
 from dmil.reports.theme import FAINT
 from dmil.studies.memories.names import (
     LONGEST_QUEUE,
     LONGEST_QUEUE_APPROACHING,
     cell_label,
     controller_name,
+    dashes,
+    named,
+    palette,
+    ranked,
 )
 from dmil.studies.memories.statements import SUBJECTS
-from dmil.studies.memories.style import dashes, named, palette, vertical_at
 
 RATIO = "waiting / max-pressure's"
+_ENDS = {"low": "max_pressure_low", "high": "max_pressure_high"}
 _SIZE = (470, 330)
 
 
 def shown_in_front(controllers: Sequence[str]) -> list[str]:
     """Return the controllers of the headline: the baselines and our memories, if available."""
-    front = [name for name in (*SUBJECTS, LONGEST_QUEUE_APPROACHING, LONGEST_QUEUE)]
+    front = (*SUBJECTS, LONGEST_QUEUE_APPROACHING, LONGEST_QUEUE)
     return [name for name in front if name in controllers]
 
 
@@ -41,14 +57,7 @@ def differences(standing: pl.DataFrame, cells: Sequence[str], title: str) -> Cha
         standing.filter(
             pl.col("controller").is_in(chosen), pl.col("max_pressure_pct").is_not_null()
         )
-    ).select(
-        "name",
-        "where",
-        "n",
-        mean="max_pressure_pct",
-        low="max_pressure_low",
-        high="max_pressure_high",
-    )
+    ).select("name", "where", "n", mean="max_pressure_pct", **_ENDS)
     if data.is_empty():
         return None
     order = [controller_name(name) for name in chosen]
@@ -86,18 +95,8 @@ def differences(standing: pl.DataFrame, cells: Sequence[str], title: str) -> Cha
 
 def standing_chart(overall: pl.DataFrame) -> Chart | None:
     """Draw every controller's waiting over max-pressure's, over all cells."""
-    data = named(
-        overall.filter(pl.col("max_pressure_ratio").is_not_null()).sort(
-            "max_pressure_ratio", maintain_order=True
-        )
-    ).select(
-        "controller",
-        "name",
-        "n",
-        mean="max_pressure_ratio",
-        low="max_pressure_low",
-        high="max_pressure_high",
-    )
+    kept = ("controller", "name", "n")
+    data = named(ranked(overall)).select(*kept, mean="max_pressure_ratio", **_ENDS)
     if data.is_empty():
         return None
     order, colours = data["name"].to_list(), palette(data["controller"].to_list())
@@ -132,8 +131,7 @@ def waiting_and_bytes(overall: pl.DataFrame, cost: pl.DataFrame) -> Chart | None
         "name",
         bytes="bytes_per_intersection",
         mean="max_pressure_ratio",
-        low="max_pressure_low",
-        high="max_pressure_high",
+        **_ENDS,
     )
     if data.is_empty():
         return None
@@ -156,7 +154,7 @@ def waiting_and_bytes(overall: pl.DataFrame, cost: pl.DataFrame) -> Chart | None
         x=across,
         y=up,
         color=colour,
-        tooltip=[alt.Tooltip("name:N"), alt.Tooltip("bytes:Q"), alt.Tooltip("mean:Q")],
+        tooltip=tips("name:N", "bytes:Q", "mean:Q"),
     )
     flat = alt.Chart(values(pl.DataFrame(rules, schema=["rule", "mean"], orient="row")))
     rule = flat.mark_rule(color=FAINT, strokeDash=[4, 3]).encode(y=up)
@@ -198,24 +196,15 @@ def _names(
     lines_at = [(name, height * (1 - share(value, y))) for name, value in rules]
     taken = [(width - 7.0 * len(name), at - 15, float(width), at) for name, at in lines_at]
     places = label_places(points, data["name"].to_list(), size=(width, height), taken=taken)
-    frame = data.select("name").with_columns(
-        x=pl.Series([place.x for place in places], dtype=pl.Float64),
-        y=pl.Series([place.y for place in places], dtype=pl.Float64),
-        align=pl.Series([place.align for place in places]),
-    )
+    frame = pl.concat([data.select("name"), pl.DataFrame(places)], how="horizontal")
+    bare: dict[str, Any] = {"scale": None, "axis": None, "title": None}
     layers = []
     for align in ("left", "right", "center"):
         chosen = frame.filter(pl.col("align") == align)
         if chosen.height:
             text = alt.Chart(values(chosen)).mark_text(align=align, baseline="middle", fontSize=11)
-            layers.append(
-                text.encode(
-                    x=alt.X("x:Q", scale=None, axis=None, title=None),
-                    y=alt.Y("y:Q", scale=None, axis=None, title=None),
-                    text=alt.Text("name:N"),
-                    color=colour,
-                )
-            )
+            placed = {"x": alt.X("x:Q", **bare), "y": alt.Y("y:Q", **bare)}
+            layers.append(text.encode(**placed, text=alt.Text("name:N"), color=colour))
     return layers
 
 

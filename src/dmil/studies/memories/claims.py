@@ -28,24 +28,16 @@ from dmil.studies.memories.statements import BARS, Pairs
 
 EVIDENCE = pl.Struct(
     {
-        "cell": pl.String,
-        "controller": pl.String,
-        "against": pl.String,
-        "value": pl.Float64,
-        "low": pl.Float64,
-        "high": pl.Float64,
+        **dict.fromkeys(("cell", "controller", "against"), pl.String),
+        **dict.fromkeys(("value", "low", "high"), pl.Float64),
         "n": pl.Int64,
         "outcome": pl.String,
     }
 )
 CLAIMS_SCHEMA: dict[str, pl.DataType] = {
-    "id": pl.String(),
-    "section": pl.String(),
-    "sentence": pl.String(),
-    "rule": pl.String(),
+    **dict.fromkeys(("id", "section", "sentence", "rule"), pl.String()),
     "holds": pl.Boolean(),
-    "verdict": pl.String(),
-    "summary": pl.String(),
+    **dict.fromkeys(("verdict", "summary"), pl.String()),
     "lacking": pl.List(pl.String()),
     "failed": pl.Int64(),
     "evidence": pl.List(EVIDENCE),
@@ -158,13 +150,8 @@ def _size(row: Item | None, threshold: float) -> tuple[float, float, float, int,
 def _row(one: PairEvidence) -> Item:
     value, low, high = (None if np.isnan(each) else each for each in (one.value, one.low, one.high))
     names = dict(zip(("cell", "controller", "against"), one.comparison, strict=True))
-    return names | {
-        "value": value,
-        "low": low,
-        "high": high,
-        "n": one.seeds,
-        "outcome": one.outcome,
-    }
+    numbers = {"value": value, "low": low, "high": high, "n": one.seeds}
+    return names | numbers | {"outcome": one.outcome}
 
 
 def _verdict(

@@ -15,11 +15,19 @@ from dmil.reports.marks import (
     heading,
     line_legend,
     log_field,
+    tips,
     values,
+    vertical_at,
 )
 from dmil.reports.theme import FAINT
-from dmil.studies.memories.names import cell_label, controller_name
-from dmil.studies.memories.style import colour_of, dashes, named, palette, vertical_at
+from dmil.studies.memories.names import (
+    cell_label,
+    colour_of,
+    controller_name,
+    dashes,
+    named,
+    palette,
+)
 
 _PANEL = (205, 130)
 _ACROSS = 3
@@ -34,17 +42,12 @@ def learning_chart(learning: pl.DataFrame, cells: Sequence[str]) -> Chart | None
     )
     if data.is_empty():
         return None
-    learners = data["controller"].unique(maintain_order=True).to_list()
-    kept = data.select("where", "name", "mean", "low", "high", x="run", test="test")
+    kept = data.select("controller", "where", "name", "mean", "low", "high", x="run", test="test")
+    axis = alt.Axis(grid=False, tickMinStep=1, tickCount=6, format="d")
     return _panels(
         kept,
-        learners,
         cells,
-        alt.X(
-            "x:Q",
-            title="hour (last: test)",
-            axis=alt.Axis(grid=False, tickMinStep=1, tickCount=6, format="d"),
-        ),
+        alt.X("x:Q", title="hour (last: test)", axis=axis),
         "waiting / max-pressure's",
         heading(
             "Learning",
@@ -60,19 +63,12 @@ def memory_chart(memory: pl.DataFrame, cells: Sequence[str]) -> Chart | None:
     data = named(memory)
     if data.is_empty():
         return None
-    learners = data["controller"].unique(maintain_order=True).to_list()
-    kept = data.select("where", "name", x="hour", mean="bytes").with_columns(
-        low=pl.lit(None, pl.Float64), high=pl.lit(None, pl.Float64)
-    )
+    unknown = {"low": pl.lit(None, pl.Float64), "high": pl.lit(None, pl.Float64)}
+    kept = data.select("controller", "where", "name", x="hour", mean="bytes", **unknown)
     return _panels(
         kept,
-        learners,
         cells,
-        alt.X(
-            "x:Q",
-            title="hours (last: test)",
-            axis=alt.Axis(grid=False, tickCount=6),
-        ),
+        alt.X("x:Q", title="hours (last: test)", axis=alt.Axis(grid=False, tickCount=6)),
         "bytes per intersection",
         heading("Memory over time", "true bytes per intersection, mean over seeds; log scale"),
     )
@@ -105,7 +101,6 @@ def ablation_chart(ablation: pl.DataFrame, subject: str) -> Chart | None:
 
 def _panels(
     data: pl.DataFrame,
-    learners: Sequence[str],
     cells: Sequence[str],
     x: alt.X,
     y_title: str,
@@ -114,13 +109,14 @@ def _panels(
     rule: float | None = None,
 ) -> Chart:
     """Draw one panel per cell with lines of all learners, single points as dots."""
+    learners = data["controller"].unique(maintain_order=True).to_list()
+    data = data.drop("controller")
     places = [cell_label(cell) for cell in cells]
     places = [place for place in places if (data["where"] == place).any()]
-    colours, strokes = palette(learners), dashes(learners)
     names = [controller_name(name) for name in learners]
     legend = line_legend(columns=4, symbolOpacity=1)
-    colour = coloured("name", names, colours, legend)
-    dash = dashed("name", names, strokes, legend)
+    colour = coloured("name", names, palette(learners), legend)
+    dash = dashed("name", names, dashes(learners), legend)
     numbers = [*data["mean"], *data["low"].drop_nulls(), *data["high"].drop_nulls()]
     ends = min(numbers) / 1.1, max(numbers) * 1.1
     y = log_field(alt.Y, "mean:Q", y_title, ends)
@@ -137,11 +133,11 @@ def _panels(
             y=y,
             color=colour,
             strokeDash=dash,
-            tooltip=[alt.Tooltip("name:N"), alt.Tooltip("x:Q"), alt.Tooltip("mean:Q")],
+            tooltip=tips("name:N", "x:Q", "mean:Q"),
         ),
         base.transform_filter("isValid(datum.len)")
         .mark_point(filled=True, size=40, opacity=1)
-        .encode(x=x, y=y, color=colour, tooltip=[alt.Tooltip("name:N"), alt.Tooltip("mean:Q")]),
+        .encode(x=x, y=y, color=colour, tooltip=tips("name:N", "mean:Q")),
     ]
     if rule is not None:
         layers.insert(0, alt.Chart().mark_rule(color=FAINT).encode(y=alt.datum(rule)))

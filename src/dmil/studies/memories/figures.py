@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import polars as pl
 
-from dmil.reports.figure import Drawn, Figure, darkened, drawn_figures
+from dmil.reports.export import Drawn, Figure, darkened, drawn_figures
 from dmil.studies.memories import charts, curve_charts
-from dmil.studies.memories.names import LONGEST_QUEUE_APPROACHING, MAX_PRESSURE
+from dmil.studies.memories.names import LONGEST_QUEUE_APPROACHING, MAX_PRESSURE, ranked
 from dmil.studies.memories.statements import SUBJECT
 from dmil.studies.memories.tables import MemoriesTables
 
@@ -23,14 +23,8 @@ def figures_of_study(tables: MemoriesTables) -> Iterator[Figure]:
     runs = tables.runs
     kept = [name for name in runs.controllers if name not in runs.ablations]
     standing, overall, cost, learning, memory = (
-        table.filter(pl.col("controller").is_in(kept))
-        for table in (
-            tables.standing,
-            tables.overall,
-            tables.cost,
-            tables.learning,
-            tables.memory,
-        )
+        getattr(tables, name).filter(pl.col("controller").is_in(kept))
+        for name in ("standing", "overall", "cost", "learning", "memory")
     )
     drawn: list[Drawn] = [
         (
@@ -86,11 +80,9 @@ def figures_of_study(tables: MemoriesTables) -> Iterator[Figure]:
 
 def _in_profile(overall: pl.DataFrame) -> list[str]:
     """Return the best controllers; max-pressure itself is the line at 1."""
-    known = overall.filter(
-        pl.col("max_pressure_ratio").is_not_null(),
-        pl.col("controller") != MAX_PRESSURE,
-        pl.col("cells") == overall["cells"].max(),
-    ).sort("max_pressure_ratio", maintain_order=True)
+    known = ranked(overall).filter(
+        pl.col("controller") != MAX_PRESSURE, pl.col("cells") == overall["cells"].max()
+    )
     names: list[str] = known["controller"].to_list()
     front = [name for name in (SUBJECT, LONGEST_QUEUE_APPROACHING) if name in names]
     return list(dict.fromkeys([*front, *names]))[:MOST_LINES]

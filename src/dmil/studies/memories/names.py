@@ -1,10 +1,15 @@
-"""Names of cells and controllers as the study writes them, and as a reader should see them."""
+"""Names and colours of cells and controllers: as the study writes them, and for a reader."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
-from dmil.reports.labels import short_label
+import polars as pl
+
+from dmil.controllers.variants import parse_variant
+from dmil.reports.labels import colour, dash, short_label
+from dmil.studies.memories.plan import CITY, Cell
 
 MAX_PRESSURE = "max-pressure"
 LONGEST_QUEUE = "longest-queue-first"
@@ -18,17 +23,11 @@ REFERENCES: dict[str, str] = {
 }
 """References of paired differences, and the prefixes of their columns. The planner knows all
 arrivals, and runs on one intersection only: the limit there."""
-CITY = "cityflow:"
 
 _SHORT = {
     "approaching=true": " + approaching",
     "embedding=complex": ", complex classes",
 }
-
-
-def cell_name(scenario: str, load: float | None) -> str:
-    """Return a cell's name in one word, such as ``grid:5x5*3`` (ours)."""
-    return scenario if load in (None, 1.0) else f"{scenario}*{load:g}"
 
 
 def cell_label(name: str) -> str:
@@ -52,3 +51,46 @@ def controller_name(label: str) -> str:
     name, *options = label.split(",")
     parts = [_SHORT.get(each, ", " + each.replace("epsilon=0.", "ε .")) for each in options]
     return "".join([short_label(name), *parts])
+
+
+def colour_of(label: str) -> str:
+    """Return the colour of a controller with its options."""
+    variant = parse_variant(label)
+    return colour(variant.name, [*variant.options, *map(str, variant.options.values())])
+
+
+def palette(labels: Sequence[str]) -> dict[str, str]:
+    """Return the colour of each shown name (ours)."""
+    return {controller_name(label): colour_of(label) for label in labels}
+
+
+def dashes(labels: Sequence[str]) -> dict[str, list[int]]:
+    """Return the dash of each shown name: those with options are dotted (ours)."""
+    found = {}
+    for label in labels:
+        name, _, options = label.partition(",")
+        found[controller_name(label)] = dash(name) if options in ("", "epsilon=0.05") else [2, 2]
+    return found
+
+
+def with_cell(rows: pl.DataFrame) -> pl.DataFrame:
+    """Return a table with the name of the ``cell``, from ``scenario`` and ``load`` (ours)."""
+    places = rows.select("scenario", "load").rows()
+    names = [Cell(place, 1.0 if load is None else load).name for place, load in places]
+    return rows.with_columns(cell=pl.Series(names, dtype=pl.String))
+
+
+def ranked(overall: pl.DataFrame) -> pl.DataFrame:
+    """Return the controllers that ran beside max-pressure, the best over all cells first (ours)."""
+    known = overall.filter(pl.col("max_pressure_ratio").is_not_null())
+    return known.sort("max_pressure_ratio", maintain_order=True)
+
+
+def named(table: pl.DataFrame) -> pl.DataFrame:
+    """Return a table with ``name`` of the controller and, if it has cells, ``where`` (ours)."""
+    names = pl.Series([controller_name(each) for each in table["controller"]], dtype=pl.String)
+    table = table.with_columns(name=names)
+    if "cell" not in table.columns:
+        return table
+    cells = [None if each is None else cell_label(each) for each in table["cell"]]
+    return table.with_columns(where=pl.Series(cells, dtype=pl.String))

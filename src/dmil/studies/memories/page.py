@@ -1,41 +1,40 @@
-"""The report of the study of memories: its tables, its figures, and one page."""
+"""The report of the study of memories: its figures, one page, its tables as files."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import polars as pl
 
-from dmil.analysis.claims import FEWEST_SEEDS
+from dmil.analysis.claims import FEWEST_SEEDS, difference_text
 from dmil.analysis.panel import rows_by
-from dmil.reports.configuration import configuration_rows
-from dmil.reports.figure import Figure
-from dmil.reports.files import csv, evidence_csv
-from dmil.reports.html import check_preset, environment, shared_values
+from dmil.reports.export import Figure, csv, evidence_csv, latex
+from dmil.reports.html import check_preset, configuration_rows, environment, shared_values
 from dmil.results import Results
 from dmil.studies.memories.figures import DARK, figures_of_study
-from dmil.studies.memories.files import standing_latex, standing_markdown
-from dmil.studies.memories.names import CITY, REFERENCES, cell_label, controller_name
+from dmil.studies.memories.names import REFERENCES, cell_label, controller_name, ranked
+from dmil.studies.memories.plan import CITY
 from dmil.studies.memories.statements import SUBJECT, SUBJECTS
 from dmil.studies.memories.tables import MemoriesTables, memories_tables
 
 PRESET = "memories"
+CSV = "standing", "overall", "cost", "hit_rates", "learning", "ablation", "claims", "failures"
 SECTIONS = {
     "bars": "The bars",
     "limits": "The limit",
     "rivals": "Claims on the other memories",
 }
+_REFERENCE_HEADS = {
+    "max_pressure": "against max-pressure",
+    "longest_queue": "against longest queue",
+    "approaching": "against longest queue + approaching",
+    "limit": "against the planner",
+}
 
 
 class MemoriesReport:
-    """What the report of the study of memories is made of.
-
-    Parameters
-    ----------
-    results, tables, preset
-        See `dmil.studies.registry.Report`; it has one preset only.
-    """
+    """What the report of the study of memories is made of: a `dmil.studies.registry.Report`."""
 
     def __init__(
         self, results: Results, tables: MemoriesTables | None = None, preset: str | None = None
@@ -48,17 +47,10 @@ class MemoriesReport:
         """Return the tables' files by name."""
         made = self._tables
         return {
-            "tables/standing.csv": csv(made.standing),
+            **{f"tables/{name}.csv": csv(getattr(made, name)) for name in CSV},
             "tables/standing.md": standing_markdown(made),
             "tables/standing.tex": standing_latex(made),
-            "tables/overall.csv": csv(made.overall),
-            "tables/cost.csv": csv(made.cost),
-            "tables/hit_rates.csv": csv(made.hit_rates),
-            "tables/learning.csv": csv(made.learning),
-            "tables/ablation.csv": csv(made.ablation),
-            "tables/claims.csv": csv(made.claims),
             "tables/claims_evidence.csv": evidence_csv(made.claims),
-            "tables/failures.csv": csv(made.failures),
         }
 
     def figures(self) -> Iterator[Figure]:
@@ -81,7 +73,7 @@ class MemoriesReport:
         made, runs = self._tables, self._tables.runs
         configuration = self._results.manifest.get("configuration", {})
         kept = [name for name in runs.controllers if name not in runs.ablations]
-        ranked = made.overall.filter(pl.col("controller").is_in(kept)).sort(
+        overall = made.overall.filter(pl.col("controller").is_in(kept)).sort(
             "max_pressure_ratio", nulls_last=True, maintain_order=True
         )
         rates = made.hit_rates.group_by("controller", "source", maintain_order=True).agg(
@@ -91,9 +83,9 @@ class MemoriesReport:
             "cells": runs.cells,
             "seeds": runs.seeds,
             "few_seeds": FEWEST_SEEDS,
-            "controllers": ranked["controller"].to_list(),
+            "controllers": overall["controller"].to_list(),
             "ablations": runs.ablations,
-            "overall": ranked.rows(named=True),
+            "overall": overall.rows(named=True),
             "standing": rows_by(made.standing, "cell", "controller"),
             "cost": rows_by(made.cost, "cell", "controller"),
             "costs": _costs(made.cost),
@@ -132,3 +124,54 @@ def _costs(cost: pl.DataFrame) -> dict[str, dict[str, Any]]:
 
 REPORT = MemoriesReport
 """What makes the report of such a study."""
+
+
+def standing_markdown(tables: MemoriesTables) -> str:
+    """Return W of the references and of the first subject in every cell, as Markdown."""
+    head, *rows = ("| " + " | ".join(row) + " |" for row in _headline(tables))
+    rule = "|-|" + "-:|" * (head.count(" | "))
+    return "\n".join([head, rule, *rows, ""])
+
+
+def standing_latex(tables: MemoriesTables) -> str:
+    r"""Return W of the references and of the first subject in every cell, as a LaTeX tabular."""
+    head, *rows = ([_safe(cell) for cell in row] for row in _headline(tables))
+    notes = ["W in s: mean over seeds; paired differences in %, 95 % interval"]
+    return latex(notes, head, rows)
+
+
+def _headline(tables: MemoriesTables) -> list[list[str]]:
+    """Return heads and rows: the subject is factored memory, or the best there is."""
+    runs = tables.runs
+    others = ~pl.col("controller").is_in(list(REFERENCES))
+    names = ranked(tables.overall).filter(others)["controller"].to_list()
+    subject = SUBJECT if SUBJECT in names else names[0] if names else None
+    references = [name for name in REFERENCES if name in runs.controllers]
+    entries = rows_by(tables.standing, "cell", "controller")
+    shown = [*references, *([subject] if subject else [])]
+    head = ["W in s", *(controller_name(name) for name in shown)]
+    if subject:
+        head += [_REFERENCE_HEADS[REFERENCES[name]] for name in references]
+    rows = [head]
+    for cell in runs.cells:
+        row = [cell_label(cell), *(_mean(entries.get((cell, name))) for name in shown)]
+        if subject:
+            own = entries.get((cell, subject))
+            row += [_difference(own, REFERENCES[name]) for name in references]
+        rows.append(row)
+    return rows
+
+
+def _mean(row: Mapping[str, Any] | None) -> str:
+    return "–" if row is None or row["mean"] is None else f"{row['mean']:.2f}"
+
+
+def _difference(row: Mapping[str, Any] | None, short: str) -> str:
+    if row is None or row[f"{short}_pct"] is None:
+        return "–"
+    return difference_text(*(row[f"{short}_{end}"] for end in ("pct", "low", "high")))
+
+
+def _safe(text: str) -> str:
+    text = text.replace("%", r"\%").replace("_", r"\_").replace("×", r"$\times$")
+    return text.replace("−", "$-$").replace("–", "--").replace("ε", r"$\varepsilon$")

@@ -48,10 +48,9 @@ class Pairs:
 
     Attributes
     ----------
-    cells: tuple of str
-        Patterns of cells; each has to match at least one.
-    first: tuple of str
-        Patterns of controllers, each of which has to show it.
+    cells, first
+        Patterns of cells, each of which has to match at least one, and of controllers, each of
+        which has to show it.
     second: str
         Controller it is compared with; "" where a number is compared with the threshold.
     measure: str
@@ -80,15 +79,15 @@ def _matching(names: Sequence[str], patterns: Sequence[str]) -> list[str]:
 def _claim(
     name: str,
     sentence: str,
-    cells: tuple[str, ...],
-    relation: Relation,
-    second: str,
+    asked: tuple[Relation, str, tuple[str, ...]],
     threshold: float = 0.0,
     *,
     first: tuple[str, ...] = (SUBJECT,),
     kind: Literal["bars", "limits", "rivals"] = "bars",
     measure: Measure = "wait",
 ) -> Claim[Pairs]:
+    """Return a claim; what is asked: which relation, with whom it is compared, in which cells."""
+    relation, second, cells = asked
     percent = f"{100 * threshold:+.0f} %".replace("-", "−").replace("+0 %", "0")
     if relation == "within":
         percent = percent.replace("+", "±")
@@ -99,160 +98,126 @@ def _claim(
     return Claim(name, kind, sentence, (question,))
 
 
+def _rival(
+    name: str,
+    sentence: str,
+    first: tuple[str, ...],
+    asked: tuple[Relation, str, tuple[str, ...]],
+    threshold: float = 0.0,
+) -> Claim[Pairs]:
+    """Return a claim on other memories."""
+    return _claim(name, sentence, asked, threshold, first=first, kind="rivals")
+
+
 BARS: tuple[Claim[Pairs], ...] = (
     _claim(
         "below-max-pressure",
         "Factored memory waits less than max-pressure on networks: light, heavy, unequal, "
         "time-varying and recorded demand.",
-        SEVERAL,
-        "below",
-        MAX_PRESSURE,
+        ("below", MAX_PRESSURE, SEVERAL),
     ),
     _claim(
         "below-longest-queue",
         "Factored memory waits less than longest queue first on the same networks.",
-        SEVERAL,
-        "below",
-        LONGEST_QUEUE,
+        ("below", LONGEST_QUEUE, SEVERAL),
     ),
     _claim(
         "nowhere-above-max-pressure",
         "Factored memory never waits longer than max-pressure, single intersections included.",
-        EVERYWHERE,
-        "not above",
-        MAX_PRESSURE,
+        ("not above", MAX_PRESSURE, EVERYWHERE),
     ),
     _claim(
         "nowhere-above-longest-queue",
         "Factored memory never waits longer than longest queue first.",
-        EVERYWHERE,
-        "not above",
-        LONGEST_QUEUE,
+        ("not above", LONGEST_QUEUE, EVERYWHERE),
     ),
     _claim(
         "fifteen-percent",
         "Factored memory waits at least 15 % less than max-pressure on 5×5 ×1.",
-        ("grid:5x5",),
-        "below",
-        MAX_PRESSURE,
+        ("below", MAX_PRESSURE, ("grid:5x5",)),
         -0.15,
     ),
     _claim(
         "below-approaching",
         "Factored memory also waits less than longest queue first with approaching "
         "vehicles where demand is light, unequal or time-varying.",
-        LIGHT,
-        "below",
-        LONGEST_QUEUE_APPROACHING,
+        ("below", LONGEST_QUEUE_APPROACHING, LIGHT),
     ),
     _claim(
         "nowhere-above-approaching",
         "It never waits longer than longest queue first with approaching vehicles.",
-        EVERYWHERE,
-        "not above",
-        LONGEST_QUEUE_APPROACHING,
+        ("not above", LONGEST_QUEUE_APPROACHING, EVERYWHERE),
     ),
     _claim(
         "ten-kilobytes",
         "Factored memory takes less than 10 kB per intersection in every run.",
-        EVERYWHERE,
-        "below",
-        "",
+        ("below", "", EVERYWHERE),
         MOST_BYTES,
         measure="bytes",
     ),
     _claim(
         "nobody-beats-the-future",
         "On one intersection no controller waits less than a planner that knows all arrivals.",
-        SINGLE,
-        "not below",
-        PLANNER,
+        ("not below", PLANNER, SINGLE),
         first=("*",),
         kind="limits",
     ),
-    _claim(
+    _rival(
         "rivals-above-max-pressure",
         "No memory that the paper names waits less than max-pressure, which remembers nothing.",
-        EVERYWHERE,
-        "not below",
-        MAX_PRESSURE,
-        first=RIVALS,
-        kind="rivals",
+        RIVALS,
+        ("not below", MAX_PRESSURE, EVERYWHERE),
     ),
-    _claim(
+    _rival(
         "rivals-above-factored",
         "Every memory that the paper names waits longer than factored memory.",
-        EVERYWHERE,
-        "above",
-        SUBJECT,
-        first=RIVALS,
-        kind="rivals",
+        RIVALS,
+        ("above", SUBJECT, EVERYWHERE),
     ),
-    _claim(
+    _rival(
         "exact-states-never-recur",
         "Exact states rarely recur under load: SARSA on them waits as long as random "
         "choice, within 10 %.",
-        ("grid:5x5", "grid:5x5[*]3", "grid:5x5[*]3.6"),
-        "within",
-        "random",
+        ("sarsa", "sarsa,epsilon=*"),
+        ("within", "random", ("grid:5x5", "grid:5x5[*]3", "grid:5x5[*]3.6")),
         0.10,
-        first=("sarsa", "sarsa,epsilon=*"),
-        kind="rivals",
     ),
-    _claim(
+    _rival(
         "classes-carry-the-gain",
         "The gain is generalisation: SARSA on complex classes waits less than on exact states.",
-        EVERYWHERE,
-        "below",
-        "sarsa,epsilon=0.05",
-        first=("sarsa,embedding=complex*",),
-        kind="rivals",
+        ("sarsa,embedding=complex*",),
+        ("below", "sarsa,epsilon=0.05", EVERYWHERE),
     ),
-    _claim(
+    _rival(
         "two-memories-neutral",
         "Splitting the paper's memory into short and long term changes waiting by less than 5 %.",
-        EVERYWHERE,
-        "within",
-        "sarsa,embedding=complex,epsilon=0.05",
+        ("dual-memory,epsilon=0.05",),
+        ("within", "sarsa,embedding=complex,epsilon=0.05", EVERYWHERE),
         SAME_WITHIN,
-        first=("dual-memory,epsilon=0.05",),
-        kind="rivals",
     ),
-    _claim(
+    _rival(
         "prioritised-helps",
         "Prioritised replay waits less than uniform replay (Schaul et al. 2016).",
-        EVERYWHERE,
-        "below",
-        "dqn",
-        first=("dqn-prioritised*",),
-        kind="rivals",
+        ("dqn-prioritised*",),
+        ("below", "dqn", EVERYWHERE),
     ),
-    _claim(
+    _rival(
         "hindsight-helps",
         "Hindsight replay waits less than uniform replay (Andrychowicz et al. 2017).",
-        EVERYWHERE,
-        "below",
-        "dqn",
-        first=("dqn-hindsight*",),
-        kind="rivals",
+        ("dqn-hindsight*",),
+        ("below", "dqn", EVERYWHERE),
     ),
-    _claim(
+    _rival(
         "learned-keys-help",
         "Learned keys wait less than raw counts: NEC below MFEC (Pritzel et al. 2016).",
-        EVERYWHERE,
-        "below",
-        "mfec",
-        first=("nec*",),
-        kind="rivals",
+        ("nec*",),
+        ("below", "mfec", EVERYWHERE),
     ),
-    _claim(
+    _rival(
         "team-value-helps",
         "A team value, VDN, waits less than DQN, where every intersection learns alone.",
-        SEVERAL,
-        "below",
-        "dqn",
-        first=("vdn*",),
-        kind="rivals",
+        ("vdn*",),
+        ("below", "dqn", SEVERAL),
     ),
 )
 """The bars that were set before the study was run, the limit, and what is said of the rivals."""

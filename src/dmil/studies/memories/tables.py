@@ -9,24 +9,15 @@ import polars as pl
 from dmil.results import Results
 from dmil.studies.memories.arranged import Arranged, arranged
 from dmil.studies.memories.claims import claims
-from dmil.studies.memories.cost import cost, hit_rates
-from dmil.studies.memories.learning import learning_curves, memory_courses
-from dmil.studies.memories.profiles import ablation, profiles
-from dmil.studies.memories.ranking import overall, standing
+from dmil.studies.memories.cost import cost, hit_rates, learning_curves, memory_courses
+from dmil.studies.memories.ranking import ablation, overall, profiles, standing
 
 
 @dataclass(frozen=True, slots=True)
 class MemoriesTables:
-    """What is known about a study of memories.
+    """What is known about a study of memories: see the functions of these names.
 
-    Attributes
-    ----------
-    runs: Arranged
-        Its runs.
-    standing, overall, cost, hit_rates, learning, memory, profiles, ablation, claims: DataFrame
-        See the functions of these names (`learning_curves`, `memory_courses`).
-    failures: polars.DataFrame
-        Where runs failed, and what they said.
+    ``failures`` says where runs failed, and what they said.
     """
 
     runs: Arranged

@@ -11,11 +11,12 @@ from rich.table import Table
 from rich.text import Text
 
 from dmil.reports.labels import counted
-from dmil.studies.memories.names import REFERENCES, cell_label, controller_name
+from dmil.studies.memories.names import REFERENCES, cell_label, controller_name, ranked
 from dmil.studies.memories.statements import SUBJECTS
 from dmil.studies.memories.tables import MemoriesTables, memories_tables
 
 MOST_SUBJECTS = 4
+_COSTS = ("bytes_per_intersection", "us_per_decision", "decisions_until_better")
 _COLOURS = {True: "green", False: "red", None: "dim"}
 _HEADS = {
     "max_pressure": "max-pressure",
@@ -36,15 +37,11 @@ def in_terminal(tables: MemoriesTables) -> list[Group | list[Text]]:
 
 def as_json(tables: MemoriesTables) -> dict[str, Any]:
     """Return a study of memories as one JSON object (ours)."""
+    shown = ("overall", "standing", "cost", "hit_rates", "claims", "failures")
     return {
         "cells": list(tables.runs.cells),
         "seeds": list(tables.runs.seeds),
-        "overall": tables.overall.rows(named=True),
-        "standing": tables.standing.rows(named=True),
-        "cost": tables.cost.rows(named=True),
-        "hit_rates": tables.hit_rates.rows(named=True),
-        "claims": tables.claims.rows(named=True),
-        "failures": tables.failures.rows(named=True),
+        **{name: getattr(tables, name).rows(named=True) for name in shown},
     }
 
 
@@ -63,8 +60,8 @@ def standing_table(tables: MemoriesTables) -> Group:
     for head in ("W ratio", "better", "bytes", "µs", "until", "failed"):
         table.add_column(head, justify="right", no_wrap=True)
     costs = {key[0]: rows for key, rows in tables.cost.group_by("controller")}
-    ranked = tables.overall.sort("max_pressure_ratio", nulls_last=True, maintain_order=True)
-    for row in ranked.iter_rows(named=True):
+    table_rows = tables.overall.sort("max_pressure_ratio", nulls_last=True, maintain_order=True)
+    for row in table_rows.iter_rows(named=True):
         if row["controller"] not in costs:
             continue
         table.add_row(
@@ -78,11 +75,8 @@ def standing_table(tables: MemoriesTables) -> Group:
 
 def subjects(tables: MemoriesTables) -> list[str]:
     """Return the controllers that get a table by cells: the best, references aside (ours)."""
-    known = tables.overall.filter(
-        ~pl.col("controller").is_in([*REFERENCES, "random"]),
-        pl.col("max_pressure_ratio").is_not_null(),
-    ).sort("max_pressure_ratio", maintain_order=True)
-    names: list[str] = known["controller"].to_list()
+    others = ~pl.col("controller").is_in([*REFERENCES, "random"])
+    names: list[str] = ranked(tables.overall).filter(others)["controller"].to_list()
     chosen = [name for name in names if name in SUBJECTS]
     few = len(names) <= MOST_SUBJECTS
     return names if few else chosen or names[:1]
@@ -104,13 +98,11 @@ def cells_table(tables: MemoriesTables, controller: str) -> Group:
 
 def claim_lines(tables: MemoriesTables) -> list[Text]:
     """Return one line per bar and claim that was run: verdict, then the claim."""
-    lines = []
-    for row in tables.claims.filter(pl.col("verdict") != "not run").iter_rows(named=True):
-        line = Text()
-        line.append(row["verdict"], style=_COLOURS[row["holds"]])
-        line.append(f"  {row['sentence']}")
-        lines.append(line)
-    return lines
+    run = tables.claims.filter(pl.col("verdict") != "not run")
+    return [
+        Text.assemble((row["verdict"], _COLOURS[row["holds"]]), f"  {row['sentence']}")
+        for row in run.iter_rows(named=True)
+    ]
 
 
 def _ratio(row: dict[str, Any]) -> str:
@@ -127,9 +119,9 @@ def _share(value: float | None) -> str:
 
 def _costs(rows: pl.DataFrame) -> list[str]:
     """Return bytes, µs, decisions until better and failures over all cells of a controller."""
-    largest = max(_known(rows["bytes_per_intersection"]), default=0.0)
-    slowest = max(_known(rows["us_per_decision"]), default=None)
-    until = _known(rows["decisions_until_better"])
+    known = {name: rows[name].drop_nulls().to_list() for name in _COSTS}
+    largest, slowest = (max(known[name], default=None) for name in _COSTS[:2])
+    until = known["decisions_until_better"]
     overtook = ""
     if rows["learns"].any():
         overtook = f"{len(until)}/{rows.height} cells" if until else "never"
@@ -141,10 +133,6 @@ def _costs(rows: pl.DataFrame) -> list[str]:
         overtook,
         f"{failed}/{planned}" if failed else "",
     ]
-
-
-def _known(values: pl.Series) -> list[float]:
-    return [float(value) for value in values.drop_nulls()]
 
 
 def _difference(row: dict[str, Any], short: str) -> Text:

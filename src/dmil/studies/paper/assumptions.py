@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from dmil.interpretations import INTERPRETATIONS, MEANING, Interpretation
-from dmil.reports.configuration import leaves, shown
+from dmil.reports.html import leaves, shown
 from dmil.studies.paper.settings import PRESETS, PaperStudySettings
 
 #: What the report lists: all that the paper does not state.
@@ -29,16 +29,10 @@ _EXTENT = {
 
 @dataclass(frozen=True, slots=True)
 class Assumption:
-    """One choice that is not the paper's.
+    """One choice that is not the paper's: it is fitted, assumed, corrected or ours.
 
-    Parameters
-    ----------
-    kind
-        "fitted", "assumed", "corrected" or "ours".
-    topic, meaning, paper
-        Of which part of the system; what was chosen; what the paper says of it.
-    value
-        What holds in this study.
+    It says of which part of the system, what was chosen, what the paper says of it, and what holds
+    in this study.
     """
 
     kind: str
@@ -52,12 +46,8 @@ def assumptions(configuration: Mapping[str, Any]) -> list[Assumption]:
     """List all that was fitted, assumed, corrected or added, fitted first (ours).
 
     It is the table that docs/paper.md and the marks of the settings come from, with the values of
-    this study where they are not those of the table.
-
-    Parameters
-    ----------
-    configuration
-        ``configuration`` of a manifest; settings that it lacks have their defaults.
+    this study where they are not those of the table: ``configuration`` of a manifest, with defaults
+    for settings that it lacks.
     """
     differs = changed(configuration)
     listed = [each for each in INTERPRETATIONS if each.mark in _ORDER]
@@ -73,12 +63,7 @@ def changed(configuration: Mapping[str, Any]) -> dict[str, str]:
     """Return dotted names and values of a study that are not those of the paper's study (ours).
 
     Which seeds, grids, presets, rewards and extra runs a study has is left out: its runs are
-    comparable with the paper's all the same.
-
-    Parameters
-    ----------
-    configuration
-        ``configuration`` of a manifest; names that the paper's study does not have are left out.
+    comparable with the paper's all the same. So are names that the paper's study does not have.
     """
     presets = {name: preset.model_dump() for name, preset in PRESETS.items()}
     usual = dict(leaves(PaperStudySettings().model_dump(mode="json") | {"presets": presets}))

@@ -9,11 +9,13 @@ import altair as alt
 import polars as pl
 
 from dmil.analysis.panel import ordered
-from dmil.reports.labels import architecture_label, controller_label
+from dmil.reports.labels import architecture_label, colour, colours_by_label, controller_label
 from dmil.reports.marks import (
+    INTERVAL,
     RULES,
     Chart,
     coloured,
+    diamonds,
     dots,
     heading,
     panels_across,
@@ -21,7 +23,6 @@ from dmil.reports.marks import (
     reference_rules,
     values,
 )
-from dmil.reports.styles import colour, colours_by_label
 from dmil.reports.theme import FAINT, INK, PANEL, PRESET_COLOURS, REWARD_COLOURS
 from dmil.studies.paper.cells import BASELINES, REWARD_ORDER
 from dmil.studies.paper.published import (
@@ -34,6 +35,7 @@ from dmil.studies.paper.published import (
 )
 
 _PANEL_ENDING = " reward"
+_IN_PANEL = pl.col("reward") + _PANEL_ENDING
 COLOURS: dict[str, str] = colours_by_label() | {
     NO_MEMORY: colour("sarsa"),
     SIMPLE: colour("dual-memory", ["simple"]),
@@ -55,7 +57,7 @@ def all_architectures(summary: pl.DataFrame, preset: str, scenario: str) -> Char
     records = list(learned.iter_rows(named=True))
     data = learned.select(
         "n",
-        panel=pl.col("reward") + _PANEL_ENDING,
+        panel=_IN_PANEL,
         mean="w_over_vc_mean",
         low="w_over_vc_low",
         high="w_over_vc_high",
@@ -101,27 +103,12 @@ def paper_against_ours(table: pl.DataFrame, preset: str) -> Chart | None:
         .select("label", "rule", "rule_at")
         .join(pl.DataFrame({"panel": _panels(rewards)}), how="cross")
     )
-    kept = ours.select(
-        "label",
-        "column",
-        "mean",
-        "low",
-        "high",
-        "n",
-        "paper_mean",
-        panel=pl.col("reward") + _PANEL_ENDING,
-    )
+    kept = ours.select("label", "column", *INTERVAL, "paper_mean", panel=_IN_PANEL)
     order = list(PAPER_COLUMNS)
     y = alt.Y("column:N", title=None, sort=order, axis=alt.Axis(grid=True))
     hue = coloured("column", order, COLOURS)
-    paper = (
-        alt.Chart()
-        .transform_filter("isValid(datum.paper_mean)")
-        .mark_point(shape="diamond", size=70, filled=False, color=INK, strokeWidth=1.2, opacity=1)
-        .encode(x=alt.X("paper_mean:Q"), y=y, tooltip=[alt.Tooltip("paper_mean:Q", title="paper")])
-    )
     return (
-        alt.layer(reference_rules(), *dots(y, hue), paper)
+        alt.layer(reference_rules(), *dots(y, hue), diamonds("paper_mean", y, "paper", 70))
         .properties(width=PANEL, height=72)
         .facet(
             row=panels_down("label", grids),
@@ -193,16 +180,7 @@ def preset_sensitivity(table: pl.DataFrame) -> Chart | None:
     presets = table["preset"].unique(maintain_order=True).to_list()
     if len(presets) < 2:
         return None
-    data = _with_label(table).select(
-        "label",
-        "column",
-        "preset",
-        "mean",
-        "low",
-        "high",
-        "n",
-        panel=pl.col("reward") + _PANEL_ENDING,
-    )
+    data = _with_label(table).select("label", "column", "preset", *INTERVAL, panel=_IN_PANEL)
     rewards = ordered(table["reward"].unique().to_list(), REWARD_ORDER)
     grids = data["label"].unique(maintain_order=True).to_list()
     y = alt.Y("column:N", title=None, sort=list(PAPER_COLUMNS), axis=alt.Axis(grid=True))

@@ -11,11 +11,9 @@ import polars as pl
 
 from dmil.analysis.claims import Question, difference_text, in_words, undecided
 from dmil.results import Results
-from dmil.studies.paper.cells import Cells, cells_of
-from dmil.studies.paper.comparisons import CellEvidence, evaluate
+from dmil.studies.paper.cells import CellEvidence, Cells, cells_of, evaluate
 from dmil.studies.paper.published import scenario_label
-from dmil.studies.paper.questions import PaperClaim
-from dmil.studies.paper.selections import Choose
+from dmil.studies.paper.questions import Choose, PaperClaim
 from dmil.studies.paper.statements import STATEMENTS
 
 Outcome = Literal["holds", "does not hold", "depends", "not shown", "not judged"]
@@ -29,30 +27,17 @@ UNTESTED = "not put to the test"
 
 EVIDENCE = pl.Struct(
     {
-        "question": pl.String,
-        "scenario": pl.String,
-        "comparison": pl.String,
-        "measure": pl.String,
-        "difference_pct": pl.Float64,
-        "low_pct": pl.Float64,
-        "high_pct": pl.Float64,
+        **dict.fromkeys(("question", "scenario", "comparison", "measure"), pl.String),
+        **dict.fromkeys(("difference_pct", "low_pct", "high_pct"), pl.Float64),
         "n": pl.Int64,
         "outcome": pl.String,
     }
 )
 
 CLAIMS_SCHEMA: dict[str, pl.DataType] = {
-    "preset": pl.String(),
-    "id": pl.String(),
-    "source": pl.String(),
-    "place": pl.String(),
-    "sentence": pl.String(),
-    "note": pl.String(),
-    "rule": pl.String(),
+    **dict.fromkeys(("preset", "id", "source", "place", "sentence", "note", "rule"), pl.String()),
     "holds": pl.Boolean(),
-    "outcome": pl.String(),
-    "verdict": pl.String(),
-    "summary": pl.String(),
+    **dict.fromkeys(("outcome", "verdict", "summary"), pl.String()),
     "evidence": pl.List(EVIDENCE),
 }
 
@@ -136,12 +121,7 @@ def _answer(cells: Cells, preset: str, question: Question[Choose]) -> _Answer:
 def verdict_of(evidence: Sequence[CellEvidence], quantifier: str) -> tuple[bool | None, str]:
     """Say whether a question holds, and how a reader should be told (ours).
 
-    Parameters
-    ----------
-    evidence
-        Its comparisons.
-    quantifier
-        "all" or "any" of them have to show it.
+    The quantifier says whether "all" or "any" of its comparisons have to show it.
     """
     if reason := undecided(evidence):
         return None, reason

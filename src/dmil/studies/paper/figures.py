@@ -3,31 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 from dmil.analysis.panel import ordered
 from dmil.controllers.tabular.settings import DualMemorySettings
-from dmil.reports.configuration import find_value
-from dmil.reports.figure import Drawn, Figure, drawn_figures, slug
+from dmil.reports.export import Drawn, Figure, drawn_figures, slug
+from dmil.reports.html import find_value
 from dmil.results import Results
 from dmil.studies.paper import cell_charts, time_charts
 from dmil.studies.paper.cells import CELL, ENTRIES, Cells
 from dmil.studies.paper.published import PAPER_COLUMNS, intersections_of
 from dmil.studies.paper.summaries import curves
 from dmil.studies.paper.tables import PaperTables
-from dmil.studies.paper.time_charts import MemorySettings
+from dmil.studies.paper.time_charts import Bounds
+from dmil.theory import size_bounds
 
 
 def gallery(results: Results, tables: PaperTables, preset: str) -> Iterator[Figure]:
-    """Yield the figures that the runs of a study allow, as they are made (ours).
-
-    Parameters
-    ----------
-    results, tables
-        The study and its tables.
-    preset
-        Preset that figures of one preset show.
-    """
+    """Yield the figures that the runs of a study allow, those of one preset for it (ours)."""
     yield from drawn_figures(_of_study(tables, preset))
     for scenario in reversed(tables.cells.scenarios):
         yield from drawn_figures(_of_scenario(results, tables, preset, scenario), scenario)
@@ -69,12 +63,8 @@ def _of_scenario(
     grown = curves(results, "long_entries", preset, scenario, since_start=True)
     entries = curves(results, "entries", preset, scenario, since_start=True)
     sizes = curves(results, "msize_per_agent", preset, scenario, since_start=True)
-    settings = _memory_settings(results, scenario)
-    bounded = (
-        " Dotted: upper bound on growth for as many decisions, by the corrected theory."
-        if settings
-        else ""
-    )
+    bounds = _memory_bounds(results, scenario)
+    bounded = " Dotted: upper bound on growth for as many decisions, by the corrected theory."
     yield from (
         (
             f"arrivals_by_reward_{end}",
@@ -114,8 +104,8 @@ def _of_scenario(
             f"memory_size_{end}",
             "memory",
             "The paper's size, 3 m_L + |A| m_s values for dual memory and |A| m_Q for SARSA, added "
-            "since the start." + bounded,
-            time_charts.memory_size(sizes, scenario, settings),
+            "since the start." + (bounded if bounds else ""),
+            time_charts.memory_size(sizes, scenario, bounds),
         ),
         (
             f"architectures_{end}",
@@ -146,8 +136,8 @@ def _stored(results: Results, cells: Cells, preset: str, scenario: str) -> str:
     )
 
 
-def _memory_settings(results: Results, scenario: str) -> MemorySettings | None:
-    """Find what the bounds need: |A| from SARSA's size and rows, the rest in the manifest."""
+def _memory_bounds(results: Results, scenario: str) -> Bounds | None:
+    """Return the theory's bounds: |A| from SARSA's size and rows, the rest in the manifest."""
     if intersections_of(scenario) is None:
         return None  # intersections may differ in their actions
     actions = results.query(
@@ -164,9 +154,5 @@ def _memory_settings(results: Results, scenario: str) -> MemorySettings | None:
         return find_value(configuration, name, DualMemorySettings.model_fields[name].default)
 
     period = int(setting("stage_period"))
-    return MemorySettings(
-        actions=int(actions),
-        staged_ratio=float(setting("staged_ratio")),
-        stage_period=period or int(setting("short_capacity")),
-        rule="period" if period else "full",
-    )
+    ratio, least = float(setting("staged_ratio")), period or int(setting("short_capacity"))
+    return partial(size_bounds, int(actions), ratio, least, rule="period" if period else "full")

@@ -1,27 +1,26 @@
-"""The report of the paper's study: its figures, its tables, one page."""
+"""The report of the paper's study: its figures, its tables, also as LaTeX, one page."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import product
 from typing import Any
 
 import markupsafe
 import polars as pl
 
 from dmil.analysis.claims import FEWEST_SEEDS
+from dmil.analysis.panel import ordered, rows_by
 from dmil.controllers.tabular.settings import DualMemorySettings
 from dmil.errors import unknown_name
-from dmil.reports.configuration import configuration_rows
-from dmil.reports.figure import Figure
-from dmil.reports.files import csv, evidence_csv
-from dmil.reports.html import environment, shared_values
-from dmil.reports.labels import architecture_label, signed
+from dmil.reports.export import Figure, csv, evidence_csv, latex
+from dmil.reports.html import configuration_rows, environment, shared_values
+from dmil.reports.labels import architecture_label, controller_label, signed
 from dmil.results import Results
 from dmil.studies.paper.assumptions import assumptions, changed
-from dmil.studies.paper.cells import BASELINES, PRESET_ORDER, Cells
+from dmil.studies.paper.cells import BASELINES, PRESET_ORDER, REWARD_ORDER, Cells
 from dmil.studies.paper.figures import gallery
-from dmil.studies.paper.files import paper_table_latex
 from dmil.studies.paper.published import NO_MEMORY, PAPER_COLUMNS, SOURCE, scenario_label
 from dmil.studies.paper.tables import PaperTables, paper_tables
 from dmil.theory import STATEMENTS
@@ -35,29 +34,23 @@ _OUTCOMES = {
     "not judged": "cannot be judged from them",
 }
 
+#: Names of CSV files, and which table each holds.
+_CSV = {name: name for name in ("summary", "sensitivity", "memory", "exchange", "claims")} | {
+    "paper_table": "paper",
+    "complex_readings": "readings",
+    "cells_reproduced": "reproduced",
+}
+
 #: Fewer seeds than this and the intervals are too narrow to rely on.
 FEW_SEEDS = 8
+_BASELINES = ("longest-queue-first", "max-pressure")
 
 
 class PaperReport:
     """What the report of the paper's study is made of.
 
-    Parameters
-    ----------
-    results
-        The study.
-    tables
-        Its tables, if they are there already.
-    preset
-        Preset that headline and figures show; by default the last of literal, decaying, matched
-        that was run.
-
-    Raises
-    ------
-    InputError
-        No run succeeded.
-    UnknownNameError
-        The preset was not run.
+    See `dmil.studies.registry.Report`; its main preset is the last of literal, decaying, matched
+    that was run.
     """
 
     def __init__(
@@ -71,7 +64,15 @@ class PaperReport:
 
     def tables(self) -> dict[str, str | bytes]:
         """Return the tables' files by name."""
-        return _table_files(self._tables)
+        tables = self._tables
+        files: dict[str, str | bytes] = {
+            f"tables/{name}.csv": csv(getattr(tables, attribute))
+            for name, attribute in _CSV.items()
+        }
+        files["tables/claims_evidence.csv"] = evidence_csv(tables.claims)
+        for preset in tables.cells.presets:
+            files[f"tables/paper_table_{preset}.tex"] = paper_table_latex(tables.paper, preset)
+        return files
 
     def figures(self) -> Iterator[Figure]:
         """Yield the figures as they are made."""
@@ -87,25 +88,8 @@ def _main_preset(cells: Cells) -> str:
     return known[-1] if known else cells.presets[0]
 
 
-def _table_files(tables: PaperTables) -> dict[str, str | bytes]:
-    files: dict[str, str | bytes] = {
-        "tables/summary.csv": csv(tables.summary),
-        "tables/paper_table.csv": csv(tables.paper),
-        "tables/sensitivity.csv": csv(tables.sensitivity),
-        "tables/complex_readings.csv": csv(tables.readings),
-        "tables/cells_reproduced.csv": csv(tables.reproduced),
-        "tables/memory.csv": csv(tables.memory),
-        "tables/exchange.csv": csv(tables.exchange),
-        "tables/claims.csv": csv(tables.claims),
-        "tables/claims_evidence.csv": evidence_csv(tables.claims),
-    }
-    for preset in tables.cells.presets:
-        files[f"tables/paper_table_{preset}.tex"] = paper_table_latex(tables.paper, preset)
-    return files
-
-
 def _page(results: Results, tables: PaperTables, figures: list[Figure], preset: str) -> str:
-    cells = tables.cells
+    cells, shown = tables.cells, tables.summary.filter(pl.col("preset") == preset)
     templates = environment(__package__)
     templates.filters |= {"scenario": scenario_label, "maths": _maths}
     configuration = results.manifest.get("configuration", {})
@@ -122,7 +106,7 @@ def _page(results: Results, tables: PaperTables, figures: list[Figure], preset: 
         paper_columns=PAPER_COLUMNS,
         baselines=[name for name in BASELINES if name in tables.summary["controller"]],
         paper_tables={name: _paper_rows(tables.paper, name) for name in cells.presets},
-        best=_best(tables.summary, preset),
+        best=_best(shown),
         claims=_claim_rows(tables.claims, preset),
         outcomes=_OUTCOMES,
         counts_of=_counts(tables.claims),
@@ -147,7 +131,7 @@ def _page(results: Results, tables: PaperTables, figures: list[Figure], preset: 
         sensitivity=_grouped(tables.sensitivity, ("scenario", "reward", "column"), "preset")
         if len(cells.presets) > 1
         else [],
-        architectures=_architecture_rows(tables.summary, preset),
+        architectures=_with_label(shown.iter_rows(named=True)),
         assumptions=assumptions(configuration),
         configuration=configuration_rows(configuration),
     )
@@ -164,35 +148,24 @@ def _paper_rows(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = []
     chosen = table.filter(pl.col("preset") == preset)
     for scenario in chosen["scenario"].unique(maintain_order=True):
-        of_grid = chosen.filter(pl.col("scenario") == scenario)
-        baselines = {
-            row["column"]: row
-            for row in of_grid.filter(pl.col("reward").is_null()).iter_rows(named=True)
-        }
-        rewards = of_grid["reward"].drop_nulls().unique(maintain_order=True).to_list()
-        for index, reward in enumerate(rewards):
-            entries = {
-                row["column"]: row
-                for row in of_grid.filter(pl.col("reward") == reward).iter_rows(named=True)
-            }
-            first = {"span": len(rewards), "baselines": baselines} if index == 0 else None
+        by_reward: dict[str | None, dict[str, Any]] = {None: {}}
+        for row in chosen.filter(pl.col("scenario") == scenario).iter_rows(named=True):
+            by_reward.setdefault(row["reward"], {})[row["column"]] = row
+        baselines = by_reward.pop(None)
+        first: dict[str, Any] | None = {"span": len(by_reward), "baselines": baselines}
+        for reward, entries in by_reward.items():
             rows.append(
                 {"scenario": scenario, "reward": reward, "entries": entries, "first": first}
             )
+            first = None
     return rows
 
 
-def _best(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
+def _best(table: pl.DataFrame) -> list[dict[str, Any]]:
     """Find the learning agent that waits least on each grid, beside the baselines."""
-    rows = []
-    chosen = table.filter(pl.col("preset") == preset)
-    for scenario in chosen["scenario"].unique(maintain_order=True):
-        learned = chosen.filter((pl.col("scenario") == scenario) & pl.col("reward").is_not_null())
-        if learned.is_empty():
-            continue
-        row = learned.sort("w_over_vc_mean").row(0, named=True)
-        rows.append({**row, "label": architecture_label(row)})
-    return rows
+    learned = table.filter(pl.col("reward").is_not_null())
+    grids = learned.group_by("scenario", maintain_order=True)
+    return _with_label(grid.sort("w_over_vc_mean").row(0, named=True) for _, grid in grids)
 
 
 def _claim_rows(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
@@ -237,12 +210,41 @@ def _range(evidence: list[dict[str, Any]]) -> str:
     return f"{number_of}: W/V_c differs by {signed(min(values))} to {signed(max(values))} %"
 
 
-def _architecture_rows(table: pl.DataFrame, preset: str) -> list[dict[str, Any]]:
-    return [
-        {**row, "label": architecture_label(row)}
-        for row in table.filter(pl.col("preset") == preset).iter_rows(named=True)
-    ]
+def _with_label(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    return [{**row, "label": architecture_label(row)} for row in rows]
 
 
 REPORT = PaperReport
 """What makes the report of such a study."""
+
+
+def paper_table_latex(table: pl.DataFrame, preset: str) -> str:
+    r"""Return the paper's table beside ours as a LaTeX tabular (needs booktabs).
+
+    Each entry is ours, mean \pm sd, with the paper's mean in brackets.
+    """
+    chosen = table.filter(pl.col("preset") == preset)
+    entries = rows_by(chosen, "scenario", "reward", "column")
+    parts = []
+    for scenario in chosen["scenario"].unique(maintain_order=True):
+        label = scenario_label(scenario).replace("×", r"$\times$").replace("_", r"\_")
+        rewards = chosen.filter(pl.col("scenario") == scenario)["reward"].drop_nulls()
+        found = []
+        for reward in ordered(rewards.unique().to_list(), REWARD_ORDER):
+            places = [*product([reward], PAPER_COLUMNS), *product([None], _BASELINES)]
+            found.append([label, reward, *(_entry(entries.get((scenario, *p))) for p in places)])
+        parts.append(found)
+    notes = [f"W/V_c, preset {preset}: mean \\pm sd over seeds [paper, Table II]"]
+    heads = ["Grid", "Reward", *PAPER_COLUMNS, *map(controller_label, _BASELINES)]
+    return latex(notes, heads, *parts, left=2)
+
+
+def _entry(row: dict[str, object] | None) -> str:
+    if row is None:
+        return "--"
+    text = "--" if row["mean"] is None else f"{row['mean']:.3f}"
+    if row["sd"] is not None:
+        text += f" $\\pm$ {row['sd']:.3f}"
+    if row["paper_mean"] is not None:
+        text += f" [{row['paper_mean']:.2f}]"
+    return text

@@ -16,16 +16,8 @@ BASELINES = ("random", "fixed-cycle", "longest-queue-first", "max-pressure")
 class Architecture:
     """One controller of the study (paper, Table I).
 
-    Attributes
-    ----------
-    controller: str
-        Its name.
-    embedding, reward, epsilon
-        What it learns with; None for controllers that do not learn.
-    communication: bool
-        Whether its agents meet the central unit.
-    variant: str
-        One more option of its, such as ``trigger=staging``; None for the paper's own.
+    Embedding, reward and ε are None for controllers that do not learn; ``variant`` is one more
+    option, such as ``trigger=staging``, None for the paper's own.
     """
 
     controller: str
@@ -38,13 +30,7 @@ class Architecture:
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """Runs of all architectures on the same vehicles: one preset, one grid, one seed.
-
-    Attributes
-    ----------
-    preset, scenario: str
-    seed: int
-    """
+    """Runs of all architectures on the same vehicles: one preset, one grid, one seed."""
 
     preset: str
     scenario: str

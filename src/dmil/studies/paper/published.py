@@ -87,10 +87,7 @@ class Reading:
 def reading_of(configuration: Mapping[str, Any]) -> Reading:
     """Return the reading that a study's configuration describes (ours).
 
-    Parameters
-    ----------
-    configuration
-        As in the manifest; what it leaves out is as in the paper.
+    It is as in the manifest; what it leaves out is as in the paper.
     """
     sarsa, memory = (configuration.get(name) or {} for name in ("sarsa", "dual_memory"))
     presets = configuration.get("presets")
@@ -140,13 +137,7 @@ TABLE_II: tuple[PaperValue, ...] = (
 
 
 def implied_changes(first: str, second: str) -> list[float]:
-    """Return the relative changes of W/V_c from one reward to another that Table II implies (ours).
-
-    Parameters
-    ----------
-    first, second
-        Names of rewards: first/second − 1 in every grid and column.
-    """
+    """Return the changes of W/V_c between rewards in Table II, first/second − 1 (ours)."""
     found = {(value.scenario, value.column, value.reward): value.mean for value in TABLE_II}
     return [
         mean / found[scenario, column, second] - 1

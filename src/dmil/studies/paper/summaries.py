@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 
 import numpy as np
 import polars as pl
@@ -31,15 +32,20 @@ from dmil.studies.paper.cells import (
 from dmil.studies.paper.published import PAPER_COLUMNS, PAPER_REWARDS, TABLE_II
 
 HEADLINE = "w_over_vc"
+_MEANS = {
+    "vc_mean": "arrived_veh",
+    "wait_mean_s": "wait_per_spawned_s",
+    "queue_mean_veh": "mean_queue_veh",
+    "travel_time_mean_s": "travel_time_s",
+    "throughput_mean_veh_per_h": "throughput_veh_per_h",
+    "entries_mean": "entries_per_agent",
+    "msize_mean": "msize_per_agent",
+    "bytes_mean": "bytes_total",
+}
 
 
 def summary(results: Results | Cells) -> pl.DataFrame:
     """Return one row per cell of the study, but for variants: see `exchange_table` (ours).
-
-    Parameters
-    ----------
-    results
-        Results of a study, or its cells if they are arranged already.
 
     Returns
     -------
@@ -54,16 +60,7 @@ def summary(results: Results | Cells) -> pl.DataFrame:
     columns = {"n": found["n"]} | {
         f"w_over_vc_{name}": found[name] for name in ("mean", "sd", "low", "high")
     }
-    for name, measure in (
-        ("vc_mean", "arrived_veh"),
-        ("wait_mean_s", "wait_per_spawned_s"),
-        ("queue_mean_veh", "mean_queue_veh"),
-        ("travel_time_mean_s", "travel_time_s"),
-        ("throughput_mean_veh_per_h", "throughput_veh_per_h"),
-        ("entries_mean", "entries_per_agent"),
-        ("msize_mean", "msize_per_agent"),
-        ("bytes_mean", "bytes_total"),
-    ):
+    for name, measure in _MEANS.items():
         columns[name] = as_column(seed_means(cells.measures[measure]))
     for name, baseline in (
         ("vs_max_pressure", "max-pressure"),
@@ -88,15 +85,11 @@ def paper_table(results: Results | Cells) -> pl.DataFrame:
     cells = as_cells(results)
     rewards = ordered(cells.rewards or PAPER_REWARDS, PAPER_REWARDS)
     rows: list[tuple[str, str, str | None, str, int | None]] = []
-    for preset in cells.presets:
-        for scenario in cells.scenarios:
-            for reward in rewards:
-                for column in PAPER_COLUMNS:
-                    number = cells.of_column(preset, scenario, reward, column)
-                    rows.append((preset, scenario, reward, column, number))
-            for baseline in BASELINES:
-                number = cells.baseline(preset, scenario, baseline)
-                rows.append((preset, scenario, None, baseline, number))
+    for place in product(cells.presets, cells.scenarios):
+        for entry in product(rewards, PAPER_COLUMNS):
+            rows.append((*place, *entry, cells.of_column(*place, *entry)))
+        for baseline in BASELINES:
+            rows.append((*place, None, baseline, cells.baseline(*place, baseline)))
     table = named_rows([row[:4] for row in rows], "preset", "scenario", "reward", "column")
     ours = estimates(cells, [row[4] for row in rows], "paper-table")
     joined = beside_the_paper(pl.concat([table, ours], how="horizontal"))
@@ -112,13 +105,7 @@ def sensitivity(results: Results | Cells) -> pl.DataFrame:
     and the paired relative difference to the study's first preset in %, with its interval.
     """
     cells = as_cells(results)
-    rows = [
-        (scenario, reward, column, preset)
-        for scenario in cells.scenarios
-        for reward in cells.rewards
-        for column in PAPER_COLUMNS
-        for preset in cells.presets
-    ]
+    rows = list(product(cells.scenarios, cells.rewards, PAPER_COLUMNS, cells.presets))
     numbers = [cells.of_column(preset, *row) for *row, preset in rows]
     first = [cells.of_column(cells.presets[0], *row) for *row, _ in rows]
     table = named_rows(rows, "scenario", "reward", "column", "preset")
@@ -132,13 +119,11 @@ def curves(
 
     Parameters
     ----------
-    results
-        Results of a study.
+    results, preset, scenario
+        A study, and which of its cells.
     measure
         A numeric column of ``series``; ``entries``, all states an agent stores; or
         ``long_entries``, those of long-term memory, for SARSA of its table.
-    preset, scenario
-        Which cells.
     since_start
         Return by how much the measure has changed since the first time of each run.
 
@@ -183,10 +168,7 @@ def curves(
 def beside_the_paper(table: pl.DataFrame) -> pl.DataFrame:
     """Add the entries of Table II, and whether our means lie within its ± (ours).
 
-    Parameters
-    ----------
-    table
-        With the columns ``scenario``, ``reward``, ``column`` and ``mean``.
+    The table has the columns ``scenario``, ``reward``, ``column`` and ``mean``.
     """
     paper = pl.DataFrame(
         [(v.scenario, v.reward, v.column, v.mean, v.spread) for v in TABLE_II],

@@ -42,7 +42,11 @@ def in_terminal(tables: PaperTables) -> list[Table | list[Text]]:
 
 def as_json(tables: PaperTables) -> dict[str, Any]:
     """Return cells and claims."""
-    return {"cells": _cell_rows(tables), "claims": _claim_rows(tables.claims)}
+    cells = [
+        {"grid": row["scenario"].removeprefix("grid:")} | {name: row[name] for name in CELL_COLUMNS}
+        for row in tables.summary.iter_rows(named=True)
+    ]
+    return {"cells": cells, "claims": _claim_rows(tables.claims)}
 
 
 def headline_table(tables: PaperTables, preset: str) -> Table:
@@ -99,13 +103,6 @@ def claim_lines(judged: pl.DataFrame, preset: str) -> list[Text]:
             line.append(f" [{row['verdict']}]", style="dim")
         lines.append(line)
     return lines
-
-
-def _cell_rows(tables: PaperTables) -> list[dict[str, Any]]:
-    return [
-        {"grid": row["scenario"].removeprefix("grid:")} | {name: row[name] for name in CELL_COLUMNS}
-        for row in tables.summary.iter_rows(named=True)
-    ]
 
 
 def _claim_rows(judged: Any) -> list[dict[str, Any]]:

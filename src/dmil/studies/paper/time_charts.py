@@ -5,20 +5,19 @@ Every function takes aggregated tables and returns a chart, or None without the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 import polars as pl
 
 from dmil.analysis.panel import ordered
-from dmil.reports.labels import controller_label
+from dmil.reports.labels import controller_label, dashes_by_label
 from dmil.reports.marks import RULES, Chart, heading, lines
-from dmil.reports.styles import dashes_by_label
 from dmil.reports.theme import REWARD_COLOURS
 from dmil.studies.paper.cell_charts import COLOURS
 from dmil.studies.paper.cells import REWARD_ORDER
 from dmil.studies.paper.published import PAPER_COLUMNS, scenario_label
-from dmil.theory import StagingRule, size_bounds
+from dmil.theory import SizeBounds
 
 _DASHES = dashes_by_label() | {
     "Complex + communication": [7, 3],
@@ -77,38 +76,18 @@ def memory(curves: pl.DataFrame, scenario: str, what: str, counted: str) -> Char
     )
 
 
-@dataclass(frozen=True, slots=True)
-class MemorySettings:
-    """What the bounds on the growth of memory depend on.
-
-    Parameters
-    ----------
-    actions
-        |A|.
-    staged_ratio
-        κ.
-    stage_period
-        Decisions between stagings, or the rows at which short-term memory stages.
-    rule
-        Which of the two ``stage_period`` is.
-    """
-
-    actions: int
-    staged_ratio: float
-    stage_period: int
-    rule: StagingRule
+Bounds = Callable[[int], SizeBounds]
+"""What gives the bounds of the theory on the growth of memory in so many decisions."""
 
 
-def memory_size(
-    curves: pl.DataFrame, scenario: str, settings: MemorySettings | None
-) -> Chart | None:
+def memory_size(curves: pl.DataFrame, scenario: str, bounds: Bounds | None) -> Chart | None:
     """Draw the growth of the paper's size of memory with the bounds of the theory."""
     chosen, reward = memory_lines(curves)
     chosen = chosen.filter(pl.col("line") != "Complex + communication")
     if chosen.is_empty():
         return None
-    if settings is not None:
-        chosen = pl.concat([chosen, _bounds(chosen, settings)])
+    if bounds is not None:
+        chosen = pl.concat([chosen, _bounds(chosen, bounds)])
     sarsa, dual = "most possible, SARSA", "most possible, dual memory"
     return lines(
         chosen,
@@ -125,28 +104,19 @@ def memory_size(
     )
 
 
-def _bounds(chosen: pl.DataFrame, settings: MemorySettings) -> pl.DataFrame:
+def _bounds(chosen: pl.DataFrame, bounds: Bounds) -> pl.DataFrame:
     """Worst cases from an empty memory: what a start table holds adds nothing to the growth."""
     times = np.unique(chosen["time_s"].to_numpy())
-    bounds = size_bounds(
-        settings.actions,
-        settings.staged_ratio,
-        settings.stage_period,
-        len(times),
-        rule=settings.rule,
-    )
-    parts = []
-    for name, curve in (
-        ("most possible, SARSA", bounds.sarsa_worst),
-        ("most possible, dual memory", bounds.dual_worst),
-    ):
-        value = curve.astype(np.float64)
-        parts.append(
-            pl.DataFrame({"time_s": times, "mean": value, "low": value, "high": value}).select(
-                pl.lit(name).alias("line"), "time_s", "mean", "low", "high"
-            )
-        )
-    return pl.concat(parts)
+    found = bounds(len(times))
+    worst = {
+        "most possible, SARSA": found.sarsa_worst,
+        "most possible, dual memory": found.dual_worst,
+    }
+    parts = [
+        pl.DataFrame({"line": name, "time_s": times, "mean": curve.astype(np.float64)})
+        for name, curve in worst.items()
+    ]
+    return pl.concat(parts).with_columns(low="mean", high="mean")
 
 
 def _paper_lines(curves: pl.DataFrame) -> tuple[pl.DataFrame, str]:

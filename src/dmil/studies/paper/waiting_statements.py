@@ -10,16 +10,20 @@ from dmil.studies.paper.published import (
     SIMPLE,
     implied_changes,
 )
-from dmil.studies.paper.questions import SAME_WITHIN, PaperClaim, by_reward, claim, percent
-from dmil.studies.paper.selections import (
+from dmil.studies.paper.questions import (
     ARRIVED,
     PHYSICAL,
+    SAME_WITHIN,
     WAIT,
     WAIT_UNDIVIDED,
+    PaperClaim,
     at_equal_epsilon,
+    by_reward,
+    claim,
     columns,
     complex_against_others,
     longer_communication,
+    percent,
     rewards,
 )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,40 +18,16 @@ RESAMPLES = 2_000
 BEFORE, AFTER = QUEUES
 
 _TIE = 1e-9
+_ADDED = ("contenders", "pairs", "clear_pairs", "ranks", "clear")
+"""What is found of a network and added up over networks."""
 _SCHEMA: dict[str, Any] = {
-    "metric": pl.String,
-    "simulator": pl.String,
-    "scenario": pl.String,
-    "contenders": pl.Int64,
-    "pairs": pl.Int64,
-    "clear_pairs": pl.Int64,
+    **dict.fromkeys(("metric", "simulator", "scenario"), pl.String),
+    **dict.fromkeys(("contenders", "pairs", "clear_pairs"), pl.Int64),
 } | {
     f"{name}{end}": pl.Float64
     for name in ("tau", "clear_tau", "gain", "difference", "distance")
     for end in ("", "_low", "_high")
 }
-
-
-@dataclass(frozen=True, slots=True)
-class _Ranks:
-    """What Kendall's τ adds up over pairs of controllers: (resamples,) each, the first is real."""
-
-    agreeing: Values
-    told_apart: Values
-    told_apart_by_judge: Values
-
-    def __add__(self, other: _Ranks) -> _Ranks:
-        return _Ranks(
-            self.agreeing + other.agreeing,
-            self.told_apart + other.told_apart,
-            self.told_apart_by_judge + other.told_apart_by_judge,
-        )
-
-    @property
-    def tau(self) -> Values:
-        """τ-b: 1 the same ranks, -1 the reverse; NaN where a simulator tells nothing apart."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return self.agreeing / np.sqrt(self.told_apart * self.told_apart_by_judge)
 
 
 def agreement(runs: Judged) -> pl.DataFrame:
@@ -89,7 +64,6 @@ def _of_simulator(
     """Return the rows of one simulator; ``earlier`` keeps every network's τ before calibration."""
     ours, theirs = (runs.of(metric, simulator=each) for each in (simulator, runs.judge))
     every: list[dict[str, Any]] = []
-    fewest = len(runs.seeds)
     for number, scenario in enumerate(runs.scenarios):
         both = ~np.isnan(ours[number]).all(axis=1) & ~np.isnan(theirs[number]).all(axis=1)
         fast, slow = ours[number][both], theirs[number][both]
@@ -114,16 +88,13 @@ def _of_simulator(
                 "ratio": ratio,
             }
         )
-        fewest = min(fewest, slow.shape[1])
     if not every:
         return []
+    first, *more = every
     pooled = {
         "scenario": None,
-        "seeds": fewest,
-        **{name: sum(each[name] for each in every) for name in ("contenders", "pairs")},
-        "clear_pairs": sum(each["clear_pairs"] for each in every),
-        "ranks": sum((each["ranks"] for each in every[1:]), every[0]["ranks"]),
-        "clear": sum((each["clear"] for each in every[1:]), every[0]["clear"]),
+        "seeds": min(each["seeds"] for each in every),
+        **{name: sum((each[name] for each in more), first[name]) for name in _ADDED},
         "ratio": np.hstack([each["ratio"] for each in every]),
     }
     return [_row(metric, simulator, each, earlier) for each in (*every, pooled)]
@@ -133,11 +104,11 @@ def _row(
     metric: str, simulator: str, found: dict[str, Any], earlier: dict[str | None, Values]
 ) -> dict[str, Any]:
     seeds, scenario = found["seeds"], found["scenario"]
-    tau = found["ranks"].tau
+    tau = _tau(found["ranks"])
     row = {"metric": metric, "simulator": simulator, "scenario": scenario}
     row |= {name: found[name] for name in ("contenders", "pairs", "clear_pairs")}
     row |= _with_interval("tau", tau, seeds)
-    row |= _with_interval("clear_tau", found["clear"].tau, seeds)
+    row |= _with_interval("clear_tau", _tau(found["clear"]), seeds)
     if simulator == BEFORE:
         earlier[scenario] = tau
     elif scenario in earlier:
@@ -173,13 +144,25 @@ def _means(values: Values, weights: Values) -> Values:
     return means
 
 
-def _ranks(x: Values, y: Values, counted: NDArray[np.bool_]) -> _Ranks:
-    """Compare the ranks of (resamples, contenders) in two simulators, over the counted pairs."""
+def _tau(ranks: Values) -> Values:
+    """Return τ-b of `_ranks`: 1 the same, -1 the reverse; NaN where one tells nothing apart."""
+    agreeing, told_apart, told_apart_by_judge = ranks
+    with np.errstate(divide="ignore", invalid="ignore"):
+        tau: Values = agreeing / np.sqrt(told_apart * told_apart_by_judge)
+    return tau
+
+
+def _ranks(x: Values, y: Values, counted: NDArray[np.bool_]) -> Values:
+    """Compare the ranks of (resamples, contenders) in two simulators, over the counted pairs.
+
+    Returns what τ adds up, (3, resamples), the first of them real: pairs in the same order, pairs
+    that either simulator tells apart.
+    """
     first, second = np.triu_indices(x.shape[1], 1)
     signs = [_signs(each[:, first], each[:, second]) for each in (x, y)]
     missing = np.isnan(signs[0]) | np.isnan(signs[1]) | ~counted.astype(bool)
     a, b = (np.where(missing, 0.0, sign) for sign in signs)
-    return _Ranks((a * b).sum(axis=1), (a * a).sum(axis=1), (b * b).sum(axis=1))
+    return np.array([(one * other).sum(axis=1) for one, other in ((a, b), (a, a), (b, b))])
 
 
 def _signs(one: Values, other: Values) -> Values:

@@ -11,10 +11,20 @@ from functools import partial
 import altair as alt
 import polars as pl
 
-from dmil.reports.labels import contender_label, network_label, simulator_label
-from dmil.reports.marks import Chart, coloured, dots, heading, log_axis, log_field, values
-from dmil.reports.styles import colours_by_label
-from dmil.reports.theme import FAINT, INK, SIMULATOR_COLOURS, colours
+from dmil.reports.labels import colours_by_label, contender_label, network_label, simulator_label
+from dmil.reports.marks import (
+    INTERVAL,
+    Chart,
+    coloured,
+    diamonds,
+    dots,
+    heading,
+    log_axis,
+    log_field,
+    tips,
+    values,
+)
+from dmil.reports.theme import FAINT, SIMULATOR_COLOURS, colours
 from dmil.studies.resco.agreement import AFTER, BEFORE
 from dmil.studies.resco.published import METRIC
 
@@ -68,22 +78,13 @@ def delays(headline: pl.DataFrame, simulator: str) -> Chart | None:
     data = labelled(headline).filter(pl.col("mean") > 0)
     if data.is_empty():
         return None
-    kept = data.select("label", "network", "mean", "low", "high", "n", "published_s")
+    kept = data.select("label", "network", *INTERVAL, "published_s")
     names = kept["label"].unique(maintain_order=True).to_list()
     networks = kept["network"].unique(maintain_order=True).to_list()
     y = alt.Y("label:N", title=None, sort=names, axis=alt.Axis(grid=True, labelLimit=200))
     colour = coloured("label", names, contender_colours(names))
     layers = dots(y, colour, format=".1f", x=partial(log_field, alt.X, title=DELAY))
-    published = (
-        alt.Chart()
-        .transform_filter("isValid(datum.published_s)")
-        .mark_point(shape="diamond", size=60, filled=False, color=INK, strokeWidth=1.2, opacity=1)
-        .encode(
-            x=alt.X("published_s:Q"),
-            y=y,
-            tooltip=[alt.Tooltip("published_s:Q", title="published (s)")],
-        )
-    )
+    published = diamonds("published_s", y, "published (s)", 60)
     chart: Chart = (
         alt.layer(*layers, published)
         .properties(width=150, height=15 * len(names))
@@ -137,12 +138,7 @@ def simulators_scatter(scores: pl.DataFrame, judge: str) -> Chart | None:
         y=alt.Y("fast:Q", title=f"{DELAY}, queue simulator", scale=scale, axis=axis),
         color=colour,
         shape=shape,
-        tooltip=[
-            alt.Tooltip("label:N"),
-            alt.Tooltip("network:N"),
-            alt.Tooltip("sumo:Q"),
-            alt.Tooltip("fast:Q"),
-        ],
+        tooltip=tips("label:N", "network:N", "sumo:Q", "fast:Q"),
     )
     return (
         alt.layer(equal, points)
@@ -218,13 +214,7 @@ def memory_and_delay(scores: pl.DataFrame, judge: str, reference: pl.DataFrame) 
         y=log_field(alt.Y, "ratio:Q", "delay / max-pressure's"),
         color=colour,
         shape=shape,
-        tooltip=[
-            alt.Tooltip("label:N"),
-            alt.Tooltip("network:N"),
-            alt.Tooltip("kib:Q"),
-            alt.Tooltip("ratio:Q"),
-            alt.Tooltip("delay:Q"),
-        ],
+        tooltip=tips("label:N", "network:N", "kib:Q", "ratio:Q", "delay:Q"),
     )
     return alt.layer(one, points, data=values(data)).properties(
         width=330,

@@ -35,13 +35,7 @@ CONTROLLER_ORDER = (*BASELINES, *dict.fromkeys(name for name, *_ in LEARNERS))
 class RescoContender:
     """A controller with all that its results depend on but network, simulator and seed.
 
-    Attributes
-    ----------
-    controller: str
-    embedding, reward, epsilon
-        What it learns with; None for controllers that do not learn.
-    communication: bool
-        Whether its agents meet the central unit.
+    Embedding, reward and ε are None for controllers that do not learn.
     """
 
     controller: str
@@ -77,12 +71,7 @@ def contender_names(contenders: Sequence[RescoContender]) -> list[str]:
 class Judged(RunPanel):
     """All successful runs; the axes are ``simulator``, ``scenario``, ``contender`` and ``seed``.
 
-    Attributes
-    ----------
-    names: tuple of str
-        Names of the contenders.
-    trained_in: str or None
-        Simulator that the learners were trained in.
+    ``names`` are those of the contenders, ``trained_in`` the simulator of the learners' training.
     """
 
     names: tuple[str, ...]

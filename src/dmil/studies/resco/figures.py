@@ -6,13 +6,17 @@ from collections.abc import Iterator
 
 import polars as pl
 
-from dmil.reports.figure import Drawn, Figure, drawn_figures, slug
+from dmil.reports.export import Drawn, Figure, drawn_figures, slug
 from dmil.reports.labels import simulator_label
 from dmil.results import Results
 from dmil.studies.resco import charts, network_charts
-from dmil.studies.resco.curves import learning_curves, queue_courses
 from dmil.studies.resco.published import METRIC
-from dmil.studies.resco.tables import RescoTables, best_published_learner
+from dmil.studies.resco.tables import (
+    RescoTables,
+    best_published_learner,
+    learning_curves,
+    queue_courses,
+)
 
 GOAL = 0.8
 """Kendall's τ that counts as agreement."""

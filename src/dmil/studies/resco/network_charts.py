@@ -10,9 +10,28 @@ from functools import partial
 import altair as alt
 import polars as pl
 
-from dmil.reports.labels import controller_label, network_label, simulator_label
-from dmil.reports.marks import Chart, coloured, dots, heading, lines, log_field, log_scale, values
-from dmil.reports.styles import colours_by_label, dash, dashes_by_label
+from dmil.reports.labels import (
+    colours_by_label,
+    controller_label,
+    dash,
+    dashes_by_label,
+    network_label,
+    simulator_label,
+)
+from dmil.reports.marks import (
+    INTERVAL,
+    Chart,
+    coloured,
+    dashed,
+    dots,
+    heading,
+    line_legend,
+    lines,
+    log_field,
+    log_scale,
+    tips,
+    values,
+)
 from dmil.reports.theme import FAINT, INK, SIMULATOR_COLOURS, colours
 from dmil.studies.resco.charts import (
     DELAY,
@@ -26,6 +45,7 @@ from dmil.studies.resco.contenders import SIMULATOR_ORDER
 from dmil.studies.resco.published import METHODS, METRIC
 
 _SIZE = (430, 230)
+_TIME_AXIS = alt.Axis(grid=False, tickCount=6)
 _RULES = {controller_label(name): dash(name) for name in ("max-pressure", "longest-queue-first")}
 _PUBLISHED = {f"published {method}": INK for method in METHODS}
 
@@ -39,18 +59,10 @@ def delay_by_simulator(scores: pl.DataFrame, scenario: str) -> Chart | None:
     )
     if data.is_empty():
         return None
-    kept = data.select(
-        "label",
-        "mean",
-        "low",
-        "high",
-        "n",
-        simulator=pl.Series([simulator_label(name) for name in data["simulator"]]),
-    )
+    simulators = pl.Series([simulator_label(name) for name in data["simulator"]])
+    kept = data.select("label", *INTERVAL, simulator=simulators)
     names = kept["label"].unique(maintain_order=True).to_list()
-    present = set(kept["simulator"])
-    order = [simulator_label(name) for name in SIMULATOR_ORDER]
-    order = [name for name in order if name in present]
+    order = [name for name in map(simulator_label, SIMULATOR_ORDER) if name in kept["simulator"]]
     y = alt.Y("label:N", title=None, sort=names, axis=alt.Axis(grid=True, labelLimit=200))
     legend = alt.Legend(title=None, orient="bottom")
     colour = coloured("simulator", order, SIMULATOR_COLOURS, legend)
@@ -74,8 +86,7 @@ def training_curves(
     if data.is_empty():
         return None
     learners = data["label"].unique(maintain_order=True).to_list()
-    episodes = data["episode"].n_unique()
-    ends = [1, max(episodes, 2)]
+    ends = [1, max(data["episode"].n_unique(), 2)]
     chosen = data.select(pl.col("episode") + 1, "mean", "low", "high", line="label")
     level = [(episode, name, value) for name, value in rules.items() for episode in ends]
     flat = pl.DataFrame(level, schema=["episode", "line", "mean"], orient="row").with_columns(
@@ -121,12 +132,7 @@ def queues(courses: pl.DataFrame, scenario: str, judge: str) -> Chart | None:
             f"Queues in {simulator_label(judge)}, {network_label(scenario)}",
             "mean over seeds of minutes' means, 95 % band; square-root scale",
         ),
-        x=alt.X(
-            "time_s:Q",
-            title="time (s)",
-            scale=alt.Scale(nice=False),
-            axis=alt.Axis(grid=False, tickCount=6),
-        ),
+        x=alt.X("time_s:Q", title="time (s)", scale=alt.Scale(nice=False), axis=_TIME_AXIS),
         y=alt.Y("mean:Q", title="vehicles waiting (veh)", scale=alt.Scale(type="sqrt")),
         size=_SIZE,
     )
@@ -141,7 +147,7 @@ def delay_and_memory(scores: pl.DataFrame, scenario: str, judge: str) -> Chart |
         delay.filter(pl.col("reward").is_not_null())
         .join(size, on="contender", maintain_order="left")
         .filter(pl.col("size") > 0)
-        .select("label", "mean", "low", "high", "n", kib=pl.col("size") / 1024)
+        .select("label", *INTERVAL, kib=pl.col("size") / 1024)
     )
     if data.is_empty():
         return None
@@ -154,13 +160,7 @@ def delay_and_memory(scores: pl.DataFrame, scenario: str, judge: str) -> Chart |
         y=log_field(alt.Y, "mean:Q", DELAY),
         color=colour,
         shape=shape,
-        tooltip=[
-            alt.Tooltip("label:N"),
-            alt.Tooltip("kib:Q"),
-            alt.Tooltip("mean:Q"),
-            alt.Tooltip("low:Q"),
-            alt.Tooltip("high:Q"),
-        ],
+        tooltip=tips("label:N", "kib:Q", "mean:Q", "low:Q", "high:Q"),
     )
     rules = delay.filter(pl.col("label").is_in(list(_RULES))).select("label", "mean")
     order = [name for name in _RULES if name in rules["label"]]
@@ -169,17 +169,7 @@ def delay_and_memory(scores: pl.DataFrame, scenario: str, judge: str) -> Chart |
         .mark_rule(color=FAINT, strokeWidth=1.4)
         .encode(
             y=alt.Y("mean:Q", title=DELAY, scale=log_scale()),
-            strokeDash=alt.StrokeDash(
-                "label:N",
-                scale=alt.Scale(domain=order, range=[_RULES[name] for name in order]),
-                legend=alt.Legend(
-                    title=None,
-                    orient="right",
-                    symbolType="stroke",
-                    symbolSize=240,
-                    symbolStrokeWidth=2,
-                ),
-            ),
+            strokeDash=dashed("label", order, _RULES, line_legend(orient="right")),
         )
     )
     return alt.layer(*([baselines] if order else []), bars, points).properties(

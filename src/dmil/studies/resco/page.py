@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import polars as pl
@@ -10,19 +10,22 @@ import polars as pl
 from dmil.analysis.panel import rows_by
 from dmil.doctor import examine, read_case
 from dmil.errors import DmilError
-from dmil.reports.configuration import configuration_rows
-from dmil.reports.export import script_bundle
-from dmil.reports.figure import Figure, figure, slug
-from dmil.reports.files import csv
-from dmil.reports.html import check_preset, environment, shared_values
+from dmil.reports.export import Figure, csv, figure, latex, script_bundle, slug
+from dmil.reports.html import check_preset, configuration_rows, environment, shared_values
 from dmil.reports.labels import contender_label, counted, network_label, simulator_label
 from dmil.reports.network_chart import network_chart
 from dmil.results import Results
 from dmil.results.metrics import METRICS, NETWORK_PAGE
 from dmil.studies.resco.contenders import JUDGES
 from dmil.studies.resco.figures import GOAL, figures_of_network, figures_of_study
-from dmil.studies.resco.files import agreement_latex, delay_latex
-from dmil.studies.resco.published import METHODS, METRIC, SOURCE, Published, published_by
+from dmil.studies.resco.published import (
+    METHODS,
+    METRIC,
+    SOURCE,
+    Published,
+    published_by,
+    published_learners,
+)
 from dmil.studies.resco.tables import RescoTables, published_table, resco_tables
 
 PRESET = "resco"
@@ -34,13 +37,7 @@ FEW_SEEDS = 8
 
 
 class RescoReport:
-    """What the report of the study on the RESCO benchmark is made of.
-
-    Parameters
-    ----------
-    results, tables, preset
-        See `dmil.studies.registry.Report`; it has one preset only.
-    """
+    """What the report of this study is made of: a `dmil.studies.registry.Report`."""
 
     def __init__(
         self, results: Results, tables: RescoTables | None = None, preset: str | None = None
@@ -54,15 +51,12 @@ class RescoReport:
     def tables(self) -> dict[str, str | bytes]:
         """Return the tables' files by name."""
         made = self._tables
+        own = {name: getattr(made, name) for name in ("overall", "training", "agreement")}
+        own |= {"delay": made.headline, "metrics": made.scores, "published": published_table()}
         return {
-            "tables/delay.csv": csv(made.headline),
+            **{f"tables/{name}.csv": csv(table) for name, table in own.items()},
             "tables/delay.tex": delay_latex(made.headline, made.judged.judge),
-            "tables/metrics.csv": csv(made.scores),
-            "tables/overall.csv": csv(made.overall),
-            "tables/training.csv": csv(made.training),
-            "tables/agreement.csv": csv(made.agreement),
             "tables/agreement.tex": agreement_latex(made.agreement),
-            "tables/published.csv": csv(published_table()),
         }
 
     def figures(self) -> Iterator[Figure]:
@@ -135,31 +129,30 @@ class RescoReport:
     def _main(self) -> dict[str, Any]:
         made = self._tables
         configuration = self._results.manifest.get("configuration", {})
-        size = made.scores.filter(
-            (pl.col("simulator") == made.judged.judge) & pl.col("reward").is_not_null()
+        judged = pl.col("simulator") == made.judged.judge
+        size = made.scores.filter(judged & pl.col("reward").is_not_null())
+        bytes_total, entries = (
+            rows_by(size.filter(pl.col("metric") == name), "contender", "scenario")
+            for name in ("bytes_total", "entries_per_agent")
         )
         return {
             "resample": configuration.get("resample", False),
             "delays": rows_by(made.headline, "contender", "scenario"),
             "training": rows_by(made.training, "contender", "scenario"),
-            "overall": made.overall.filter(pl.col("simulator") == made.judged.judge).rows(
-                named=True
-            ),
+            "overall": made.overall.filter(judged).rows(named=True),
             "agreement": rows_by(made.agreement, "metric", "scenario", "simulator"),
             "goal": GOAL,
-            "bytes": rows_by(
-                size.filter(pl.col("metric") == "bytes_total"), "contender", "scenario"
-            ),
-            "entries": rows_by(
-                size.filter(pl.col("metric") == "entries_per_agent"), "contender", "scenario"
-            ),
-            "published_learners": _published_learners(made.judged.scenarios),
+            "bytes": bytes_total,
+            "entries": entries,
+            "published_learners": published_learners(made.judged.scenarios),
             "configuration": configuration_rows(configuration),
         }
 
     def _of_network(self, scenario: str) -> dict[str, Any]:
         made = self._tables
-        here = made.scores.filter(pl.col("scenario") == scenario)
+        here, training = (
+            table.filter(pl.col("scenario") == scenario) for table in (made.scores, made.training)
+        )
         vehicles = made.judged.of("spawned_veh", simulator=made.judged.judge, scenario=scenario)
         known = vehicles[vehicles == vehicles]
         spread = {f"{value:,.0f}" for value in (known.min(), known.max())} if known.size else set()
@@ -171,9 +164,7 @@ class RescoReport:
             "columns": {name: METRICS[name] for name in NETWORK_PAGE if name in present},
             "metrics": rows_by(here, "contender", "simulator", "metric"),
             "metric": METRIC,
-            "training": rows_by(
-                made.training.filter(pl.col("scenario") == scenario), "contender", "trained_in"
-            ),
+            "training": rows_by(training, "contender", "trained_in"),
         }
 
 
@@ -182,17 +173,87 @@ def page_of(scenario: str) -> str:
     return f"{PAGES}/{slug(scenario.rpartition('/')[2])}.html"
 
 
-def _published_learners(
-    scenarios: Sequence[str],
-) -> list[tuple[str, list[Published | None]]]:
-    """Return the published learners with their numbers for every network."""
-    rows = []
-    for method in METHODS:
-        values = [published_by(scenario).get(method) for scenario in scenarios]
-        if any(value is not None and value.last_s is not None for value in values):
-            rows.append((method, values))
-    return rows
-
-
 REPORT = RescoReport
 """What makes the report of such a study."""
+
+
+def delay_latex(headline: pl.DataFrame, judge: str) -> str:
+    r"""Return controllers by networks as a LaTeX tabular: mean and interval of the delay.
+
+    An asterisk marks those that are not shown to be worse than the best.
+    """
+    networks = headline["scenario"].unique(maintain_order=True).to_list()
+    entries = rows_by(headline, "contender", "scenario")
+    ours = [
+        [contender_label(name), *(_entry(entries.get((name, network))) for network in networks)]
+        for name in headline["contender"].unique(maintain_order=True)
+    ]
+    known = {name: published_by(name) for name in networks}
+    theirs = [
+        [f"published {name}", *(_published(values.get(name)) for values in known.values())]
+        for name in METHODS
+        if any(name in values for values in known.values())
+    ]
+    notes = (
+        f"average delay in s in {simulator_label(judge)}: mean [95 % interval over seeds];",
+        "* not shown to be worse than the best (paired interval);",
+        f"published: best training episode (mean of the last 10), {SOURCE}",
+    )
+    return _latex(notes, ["", *map(network_label, networks)], ours, theirs)
+
+
+def agreement_latex(agreement: pl.DataFrame) -> str:
+    r"""Return Kendall's \tau of the delays by network as a LaTeX tabular."""
+    chosen = agreement.filter(pl.col("metric") == "delay_s")
+    simulators = chosen["simulator"].unique(maintain_order=True).to_list()
+    entries = rows_by(chosen, "scenario", "simulator")
+    rows = [
+        [
+            "all" if scenario is None else network_label(scenario),
+            *(text for each in simulators for text in _agreement(entries.get((scenario, each)))),
+        ]
+        for scenario in chosen["scenario"].unique(maintain_order=True)
+    ]
+    notes = (
+        "Kendall's tau of the ranks by delay, SUMO against the queue simulator;",
+        "median of delay / SUMO's delay - 1 in %; [95 % interval over seeds]",
+    )
+    heads = [
+        f"{simulator_label(name)}: {what}"
+        for name in simulators
+        for what in (r"$\tau$", "difference")
+    ]
+    return _latex(notes, ["", *heads], rows)
+
+
+def _latex(notes: Sequence[str], *lines: Any) -> str:
+    head, *parts = lines
+    safe = [[[cell.replace("_", r"\_") for cell in row] for row in part] for part in parts]
+    return latex(notes, [cell.replace("_", r"\_") for cell in head], *safe)
+
+
+def _published(value: Published | None) -> str:
+    if value is None:
+        return "--"
+    return f"{value.best_s:.1f}" + ("" if value.last_s is None else f" ({value.last_s:.1f})")
+
+
+def _entry(row: Mapping[str, Any] | None) -> str:
+    if row is None:
+        return "--"
+    mark = r"$^{*}$" if row["among_best"] else ""
+    return f"{row['mean']:.1f}{mark}{_ends(row['low'], row['high'], 1)}"
+
+
+def _agreement(row: Mapping[str, Any] | None) -> list[str]:
+    if row is None:
+        return ["--", "--"]
+    tau = "--" if row["tau"] is None else f"{row['tau']:.2f}"
+    difference = f"{100 * row['difference']:+.0f}\\,\\%".replace("-", "$-$")
+    return [f"{tau}{_ends(row['tau_low'], row['tau_high'], 2)}", difference]
+
+
+def _ends(low: float | None, high: float | None, digits: int) -> str:
+    if low is None or high is None:
+        return ""
+    return rf" {{\scriptsize [{low:.{digits}f}, {high:.{digits}f}]}}".replace("[-", "[$-$")

@@ -24,14 +24,7 @@ LEARNERS: tuple[tuple[str, str, bool], ...] = (
 class ContenderUnit:
     """One controller on one network in one seed: its training, and its runs in all simulators.
 
-    Attributes
-    ----------
-    preset, scenario: str
-    seed: int
-    controller: str
-    embedding: str or None
-        None for those that do not learn.
-    communication: bool
+    ``embedding`` is None for those that do not learn.
     """
 
     preset: str

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 SOURCE = (
@@ -24,13 +25,10 @@ COUNTERPARTS: dict[str, str] = {
 
 @dataclass(frozen=True, slots=True)
 class Published:
-    """A published average delay (Ault and Sharon, 2021).
+    """A published average delay (Ault and Sharon, 2021); methods as the publication calls them.
 
     Attributes
     ----------
-    scenario: str
-    method: str
-        As the publication calls it.
     best_s: float
         Learners: of the best of the 100 training episodes; others: of their runs.
     last_s: float or None
@@ -81,6 +79,12 @@ PUBLISHED: tuple[Published, ...] = tuple(
 def published_by(scenario: str) -> dict[str, Published]:
     """Return what was published for a scenario, by method (ours)."""
     return {value.method: value for value in PUBLISHED if value.scenario == scenario}
+
+
+def published_learners(scenarios: Sequence[str]) -> list[tuple[str, list[Published | None]]]:
+    """Return the published learners with their numbers for every network (ours)."""
+    rows = [(name, [published_by(each).get(name) for each in scenarios]) for name in METHODS]
+    return [row for row in rows if any(value and value.last_s is not None for value in row[1])]
 
 
 def counterpart_of(controller: str) -> str | None:

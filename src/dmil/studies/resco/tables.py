@@ -1,4 +1,4 @@
-"""Tables of the study on the RESCO benchmark: scores, overall standing, training, published."""
+"""Tables of the study on the RESCO benchmark: scores, standing, training, published; courses."""
 
 from __future__ import annotations
 
@@ -7,27 +7,60 @@ from dataclasses import dataclass
 import numpy as np
 import polars as pl
 
-from dmil.analysis.estimates import interval_columns, ranking
+from dmil.analysis.estimates import (
+    Values,
+    as_column,
+    interval_columns,
+    learning_curve,
+    ranking,
+    seed_means,
+)
 from dmil.results import Results
+from dmil.results.metrics import METRICS, SCORES
 from dmil.seeding import stream
+from dmil.statistics import (
+    Estimate,
+    interquartile_mean,
+    mean_interval,
+    paired_difference,
+    standard_deviation,
+    wins,
+)
 from dmil.studies.resco.agreement import agreement
-from dmil.studies.resco.contenders import REFERENCE, Judged, RescoContender, judged
-from dmil.studies.resco.curves import learning_curves, training
-from dmil.studies.resco.published import METHODS, METRIC, PUBLISHED, counterpart_of, published_by
-from dmil.studies.resco.scores import scores
+from dmil.studies.resco.contenders import CONTENDER, REFERENCE, Judged, RescoContender, judged
+from dmil.studies.resco.published import (
+    LAST_EPISODES,
+    METRIC,
+    PUBLISHED,
+    counterpart_of,
+    published_by,
+)
+
+FEWEST_FOR_IQM = 8
+"""Seeds from which on the interquartile mean of one network says more than the mean."""
+BIN_S = 60
+"""Seconds that one point of a queue's course averages."""
+_CURVE: dict[str, type[pl.DataType]] = {
+    "scenario": pl.String,
+    "contender": pl.String,
+    "learner": pl.Int64,
+    "trained_in": pl.String,
+    "episode": pl.Int64,
+    "n": pl.Int64,
+    **dict.fromkeys(
+        ("mean", "low", "high", "entries", "last", "last_low", "last_high"), pl.Float64
+    ),
+}
+_BEST = {"episode": "best_episode", "mean": "best", "low": "best_low", "high": "best_high"}
+_COURSE: dict[str, type[pl.DataType]] = {
+    "contender": pl.String,
+    **dict.fromkeys(("time_s", "mean", "low", "high"), pl.Float64),
+}
 
 
 @dataclass(frozen=True, slots=True)
 class RescoTables:
-    """What is known about a study on the benchmark.
-
-    Attributes
-    ----------
-    judged: Judged
-        Its runs, arranged.
-    scores, overall, training, agreement, headline: polars.DataFrame
-        See the functions of these names.
-    """
+    """What is known about a study on the benchmark: see the functions of these names."""
 
     judged: Judged
     scores: pl.DataFrame
@@ -86,9 +119,8 @@ def published_table() -> pl.DataFrame:
 
 def best_published_learner(scenario: str) -> tuple[str, float] | None:
     """Return method and delay of the best published learner of a scenario (ours)."""
-    known = published_by(scenario)
-    learners = [(name, known[name].best_s) for name in METHODS if name in known]
-    learners = [each for each in learners if known[each[0]].last_s is not None]
+    known = published_by(scenario).items()
+    learners = [(name, value.best_s) for name, value in known if value.last_s is not None]
     return min(learners, key=lambda each: each[1], default=None)
 
 
@@ -119,3 +151,179 @@ def overall(runs: Judged) -> pl.DataFrame:
         }
         frames.append(pl.DataFrame(columns).filter(pl.col("n") > 0))
     return pl.concat(frames)
+
+
+def scores(runs: Judged) -> pl.DataFrame:
+    """Return every metric of every contender, network and simulator (ours).
+
+    Returns
+    -------
+    Columns ``scenario``, ``simulator``, those of a contender, ``metric``; ``n`` seeds, ``mean``,
+    ``sd``, ``low`` and ``high`` (95 %), ``iqm`` (interquartile mean, from 8 seeds on); the paired
+    ``difference`` to max-pressure with its interval; ``share_better``, the share of seeds in which
+    it is better than max-pressure, equal ones half; ``among_best``: whether the paired interval of
+    its difference to the best mean does not show it to be worse (null with one seed).
+    """
+    return pl.concat(_of_metric(runs, metric) for metric in SCORES).filter(pl.col("n") > 0)
+
+
+def _of_metric(runs: Judged, metric: str) -> pl.DataFrame:
+    values = runs.measures[metric]
+    shape = values.shape[:3]
+    columns = values.reshape(-1, values.shape[3]).T
+    found = mean_interval(columns, stream(0, "bootstrap", "resco", metric))
+    frame = _places(runs).with_columns(
+        metric=pl.lit(metric),
+        n=pl.Series(found.seeds),
+        **interval_columns(found),
+        sd=as_column(standard_deviation(columns)),
+        iqm=_quartile_means(columns),
+    )
+    reference = runs.reference
+    numbers = np.full(shape[:2], -1 if reference is None else reference)
+    difference = _against(values, numbers, metric)
+    frame = frame.with_columns(**interval_columns(difference, "difference", "difference_{}"))
+    better = METRICS[metric].better
+    sign = -1.0 if better == "more" else 1.0
+    if better is None or reference is None:
+        frame = frame.with_columns(share_better=pl.lit(None, pl.Float64))
+    else:
+        won = wins(sign * values, sign * values[:, :, [reference]])
+        won[:, :, reference] = np.nan
+        frame = frame.with_columns(share_better=as_column(seed_means(won, axis=-1).ravel()))
+    if better is None:
+        return frame.with_columns(among_best=pl.lit(None, pl.Boolean))
+    means = sign * found.value.reshape(shape)
+    best = np.argmin(np.where(np.isnan(means), np.inf, means), axis=2)
+    gap = _against(values, best, metric)
+    worst_end = -gap.high if better == "more" else gap.low
+    # Where nothing varies the interval has no width; a rounding error is no difference.
+    unshown = as_column(worst_end) <= 1e-9
+    return frame.with_columns(among_best=unshown)
+
+
+def _against(values: Values, numbers: np.ndarray, metric: str) -> Estimate:
+    """Return the paired difference of every contender to one of each network; -1 is none."""
+    missing = np.full((*values.shape[:2], 1, values.shape[3]), np.nan)
+    chosen = np.take_along_axis(
+        np.concatenate([values, missing], axis=2), numbers[:, :, None, None], axis=2
+    )
+    seeds = values.shape[3]
+    return paired_difference(
+        values.reshape(-1, seeds).T,
+        np.broadcast_to(chosen, values.shape).reshape(-1, seeds).T,
+        stream(0, "bootstrap", "resco", metric, "difference"),
+    )
+
+
+def _places(runs: Judged) -> pl.DataFrame:
+    places = pl.DataFrame(
+        [(name, simulator) for simulator in runs.simulators for name in runs.scenarios],
+        schema=["scenario", "simulator"],
+        orient="row",
+    )
+    return places.join(runs.keys, how="cross", maintain_order="left_right")
+
+
+def _quartile_means(columns: Values) -> pl.Series:
+    found: list[float | None] = []
+    for column in columns.T:
+        present = column[~np.isnan(column)]
+        enough = len(present) >= FEWEST_FOR_IQM
+        found.append(float(interquartile_mean(present)) if enough else None)
+    return pl.Series(found, dtype=pl.Float64)
+
+
+def learning_curves(results: Results, runs: Judged, only: str | None = None) -> pl.DataFrame:
+    """Return the average delay of every training episode, of all networks or one (ours).
+
+    Returns
+    -------
+    Columns ``scenario``, ``contender``, ``learner`` (number of the contender), ``trained_in``,
+    ``episode``, ``n``, ``mean``, ``low``, ``high``, ``entries`` (stored states per agent), and
+    ``last``, ``last_low``, ``last_high``: of the mean over the last ten episodes, the same in all
+    rows of a contender.
+    """
+    rows = results.query("from episodes")
+    frames = []
+    for scenario in runs.scenarios if only is None else [only]:
+        for number, contender in enumerate(runs.contenders):
+            own = rows.filter(pl.col("scenario") == scenario, *_is(contender))
+            if own.height:
+                key = {"scenario": scenario, "contender": runs.names[number], "learner": number}
+                frames.append(_curve(own, key))
+    return pl.concat(frames) if frames else pl.DataFrame(schema=_CURVE)
+
+
+def training(curves: pl.DataFrame) -> pl.DataFrame:
+    """Return the best episode and the mean of the last ten of every training (RESCO's summary).
+
+    The best one is that with the lowest mean over seeds, as in the publication.
+
+    Returns
+    -------
+    Columns ``scenario``, ``contender``, ``trained_in``, ``n`` seeds, ``episodes``;
+    ``best_episode``, ``best`` with its interval; ``last`` with its interval, in s.
+    """
+    return (
+        curves.sort("mean", "episode", nulls_last=True, maintain_order=True)
+        .group_by("scenario", "learner", "contender", "trained_in", maintain_order=True)
+        .agg(
+            pl.col("n").max(),
+            pl.len().alias("episodes"),
+            pl.col("episode", "mean", "low", "high").first().name.map(_BEST.__getitem__),
+            pl.col("last", "last_low", "last_high").first(),
+        )
+        .sort("scenario", "learner")
+        .drop("learner")
+    )
+
+
+def queue_courses(results: Results, runs: Judged, scenario: str) -> pl.DataFrame:
+    """Return the vehicles that wait over time, where controllers are judged (ours).
+
+    Returns
+    -------
+    Columns ``contender``, ``time_s`` (middle of a minute), ``mean``, ``low``, ``high``.
+    """
+    keys = ", ".join(CONTENDER)
+    name = scenario.replace("'", "''")
+    rows = results.query(
+        f"""
+        select {keys}, seed, time_s // {BIN_S} as minute, avg(queue_veh) as queue_veh from series
+        where scenario = '{name}' and simulator = '{runs.judge}' group by all
+        """
+    )
+    frames = []
+    for contender, label in zip(runs.contenders, runs.names, strict=True):
+        own = rows.filter(_is(contender))
+        if own.height:
+            rng = stream(0, "bootstrap", "queues")
+            minutes, _, found = learning_curve(own, "minute", "queue_veh", rng)
+            times = [(minute + 0.5) * BIN_S for minute in minutes]
+            frame = {"contender": label, "time_s": times} | interval_columns(found)
+            frames.append(pl.DataFrame(frame))
+    return pl.concat(frames) if frames else pl.DataFrame(schema=_COURSE)
+
+
+def _is(contender: RescoContender) -> list[pl.Expr]:
+    return [pl.col(name).eq_missing(getattr(contender, name)) for name in CONTENDER]
+
+
+def _curve(own: pl.DataFrame, key: dict[str, object]) -> pl.DataFrame:
+    """Return one learner's curve on one network."""
+    rng = stream(0, "bootstrap", "training")
+    episodes, values, found = learning_curve(own, "episode", "delay_s", rng)
+    last = mean_interval(
+        values[:, -LAST_EPISODES:].mean(axis=1, keepdims=True),
+        stream(0, "bootstrap", "training", "last"),
+    )
+    entries = own.group_by("episode").agg(pl.col("entries_per_agent").mean()).sort("episode")
+    frame = pl.DataFrame({"episode": episodes, "n": found.seeds}).with_columns(
+        **interval_columns(found), entries=entries["entries_per_agent"]
+    )
+    ends = {name: column[0] for name, column in interval_columns(last, "last", "last_{}").items()}
+    constant = key | ends | {"trained_in": own["trained_in"].first()}
+    return frame.with_columns(
+        **{name: pl.lit(value, _CURVE[name]) for name, value in constant.items()}
+    ).select(pl.col(name).cast(dtype) for name, dtype in _CURVE.items())

@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from dmil.analysis.panel import rows_by
-from dmil.studies.resco.published import METHODS, published_by
+from dmil.studies.resco.published import published_learners
 from dmil.studies.resco.tables import RescoTables, published_table, resco_tables
 
 _SHORT_NAMES = {
@@ -53,15 +53,10 @@ def resco_table(tables: RescoTables) -> Group:
     for name in runs.names:
         row = [_delay(entries.get((name, scenario))) for scenario in runs.scenarios]
         table.add_row(_short_name(name), *row)
-    learners = [
-        (method, [published_by(scenario).get(method) for scenario in runs.scenarios])
-        for method in METHODS
-    ]
     table.add_section()
-    for method, values in learners:
-        if any(value is not None and value.last_s is not None for value in values):
-            shown = ["–" if value is None else f"[{_short(value.best_s)}]" for value in values]
-            table.add_row(f"published {method}", *shown, style="dim")
+    for method, values in published_learners(runs.scenarios):
+        shown = ["–" if value is None else f"[{_short(value.best_s)}]" for value in values]
+        table.add_row(f"published {method}", *shown, style="dim")
     return Group(title, table, Text(caption, "dim"))
 
 

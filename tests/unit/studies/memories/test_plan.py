@@ -11,21 +11,22 @@ from dmil.errors import DivergedError, InputError, UnknownNameError
 from dmil.experiments.study import identity_of
 from dmil.studies import MemoriesStudy
 from dmil.studies.memories import MemoriesStudySettings
-from dmil.studies.memories import unit as units_module
-from dmil.studies.memories.cells import GRID_CELLS, Cell, city_cells
-from dmil.studies.memories.overtaking import decisions_until_better
+from dmil.studies.memories import study as units_module
 from dmil.studies.memories.plan import (
     ABLATIONS,
     CONTENDERS,
     DEEP,
+    GRID_CELLS,
+    Cell,
     ablations,
     cells,
+    city_cells,
     contenders,
     is_trained,
     options_of,
     units,
 )
-from dmil.studies.memories.unit import run_unit
+from dmil.studies.memories.study import decisions_until_better, run_unit
 from tests.unit.cityflow.conftest import crossing_document
 
 RULES = ("random", "max-pressure", "longest-queue-first,approaching=true")

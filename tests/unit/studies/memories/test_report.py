@@ -7,13 +7,13 @@ import pytest
 
 from dmil.errors import UnknownNameError
 from dmil.reports.export import embedded
+from dmil.reports.labels import colours_by_label
 from dmil.reports.marks import ticks
-from dmil.reports.point_labels import label_places
-from dmil.reports.styles import colours_by_label
+from dmil.reports.sheet import label_places
 from dmil.reports.theme import DARK_BACKGROUND
 from dmil.results import Results
 from dmil.studies.memories.figures import DARK, figures_of_study
-from dmil.studies.memories.style import dashes, palette
+from dmil.studies.memories.names import dashes, palette
 from dmil.studies.memories.tables import memories_tables
 from dmil.studies.report import write_report
 from tests.unit.made_up_memories import CONTROLLERS, write_made_up_study

@@ -1,7 +1,7 @@
 """What is not the paper's, as its report lists it."""
 
 from dmil.interpretations import INTERPRETATIONS
-from dmil.reports.configuration import configuration_rows, find_value
+from dmil.reports.html import configuration_rows, find_value
 from dmil.studies.paper.assumptions import assumptions, changed
 from dmil.studies.paper.settings import PaperStudySettings
 

@@ -2,10 +2,10 @@
 
 import pytest
 
-from dmil.studies.paper import block as room
-from dmil.studies.paper.block import run_block
+from dmil.studies.paper import study as room
 from dmil.studies.paper.plan import VARIANTS, Block, architectures
 from dmil.studies.paper.settings import PaperStudySettings
+from dmil.studies.paper.study import run_block
 
 SETTINGS = PaperStudySettings(grids=("1x1",), seeds=1, horizon_s=60, rewards=("entropy",))
 BLOCK = Block("literal", "grid:1x1", 0)

@@ -3,8 +3,8 @@ import pytest
 
 from dmil.analysis.claims import Evidence, judge
 from dmil.results import Results
+from dmil.studies.paper.cells import CellComparison
 from dmil.studies.paper.claims import claims, verdict_of
-from dmil.studies.paper.comparisons import CellComparison
 from dmil.studies.paper.statements import STATEMENTS
 
 

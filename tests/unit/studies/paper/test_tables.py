@@ -5,15 +5,18 @@ import pytest
 from dmil.errors import InputError
 from dmil.results import Results
 from dmil.studies.paper.cells import cells_of
-from dmil.studies.paper.exchange import exchange_table
-from dmil.studies.paper.memory_use import memory_table
 from dmil.studies.paper.published import TABLE_II, Reading, intersections_of, scenario_label
-from dmil.studies.paper.readings import cells_reproduced, complex_readings
 from dmil.studies.paper.summaries import (
     curves,
     paper_table,
     sensitivity,
     summary,
+)
+from dmil.studies.paper.tables import (
+    cells_reproduced,
+    complex_readings,
+    exchange_table,
+    memory_table,
 )
 
 

@@ -8,9 +8,13 @@ from dmil.errors import InputError
 from dmil.results import Results
 from dmil.scenarios.names import RESCO
 from dmil.studies.resco.contenders import RescoContender, contender_names, judged
-from dmil.studies.resco.curves import learning_curves, queue_courses
 from dmil.studies.resco.published import METHODS, PUBLISHED, published_by
-from dmil.studies.resco.tables import best_published_learner, resco_tables
+from dmil.studies.resco.tables import (
+    best_published_learner,
+    learning_curves,
+    queue_courses,
+    resco_tables,
+)
 from tests.unit.made_up_resco import (
     CALIBRATED,
     CONTENDERS,

@@ -4,7 +4,7 @@ import pytest
 
 from dmil.studies.resco.plan import ContenderUnit
 from dmil.studies.resco.settings import RescoStudySettings
-from dmil.studies.resco.unit import run_unit
+from dmil.studies.resco.study import run_unit
 
 pytest.importorskip("libsumo", reason="needs the extra sumo")
 
