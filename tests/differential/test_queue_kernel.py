@@ -195,6 +195,7 @@ def test_every_step_is_that_of_the_plain_twin(name, make_case):
     state = initial_state(layout, trips, scenario.horizon_s)
     twin = PlainQueues(scenario, vehicles)
     intersections, _, width = layout.signals.served.shape
+    lowest = np.full(intersections, -1, np.int32)
     counts = np.empty((2, intersections, width), np.int32)
     shown, waiting_veh = np.empty((2, intersections), np.int32), np.empty((intersections, width))
     for time_s in range(scenario.horizon_s):
@@ -206,7 +207,9 @@ def test_every_step_is_that_of_the_plain_twin(name, make_case):
         now = rules_of(rules, network)
         if not decides:
             now = now._replace(max_green_s=np.zeros_like(now.max_green_s))
-        kernel.advance_and_observe(layout, trips, state, wanted, 1, now, counts, shown, waiting_veh)
+        assert kernel.advance_and_observe(
+            layout, trips, state, wanted, lowest, 1, now, counts, shown, waiting_veh
+        )
         twin.step()
         assert_same_state(state, twin)
 

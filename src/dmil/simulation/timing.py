@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.arrays import BoolArray, IntArray
-from dmil.compilation import TypedOnce, kernel
+from dmil.compilation import kernel
 from dmil.errors import InputError
 from dmil.network import RoadNetwork
 from dmil.scenarios import SignalTiming, signal_times
@@ -184,7 +184,7 @@ def checked_phases(
         )
     checked: IntArray = np.ascontiguousarray(phases, np.int32)
     if checked is phases or (checked == phases).all():
-        i = _wrong_place(checked, lowest, counts)
+        i = first_wrong(checked, lowest, counts)
     else:
         i = int((checked != phases).argmax())
     if i < counts.size:
@@ -202,15 +202,12 @@ def checked_phases(
 
 
 @kernel
-def _first_wrong(phases: IntArray, lowest: IntArray, counts: IntArray) -> int:
+def first_wrong(phases: IntArray, lowest: IntArray, counts: IntArray) -> int:
     """Return the first intersection whose phase does not exist; their number if there is none."""
     i = 0
     while i < phases.shape[0] and lowest[i] <= phases[i] < counts[i]:
         i += 1
     return i
-
-
-_wrong_place = TypedOnce(_first_wrong)
 
 
 @kernel

@@ -23,7 +23,7 @@ from dmil.simulation.queue.state import (
     State,
     Trips,
 )
-from dmil.simulation.timing import NEVER_S, Rules, follow_programs, grant
+from dmil.simulation.timing import NEVER_S, Rules, first_wrong, follow_programs, grant
 
 
 @kernel
@@ -105,18 +105,23 @@ def advance_and_observe(
     trips: Trips,
     state: State,
     requested: IntArray,
+    lowest: IntArray,
     steps: int,
     rules: Rules,
     counts: IntArray,
     shown: IntArray,
     waiting_veh: FloatArray,
-) -> None:
+) -> bool:
     """Advance, then write what controllers see; see `advance` and `observe`.
 
-    For a small network a call from Python takes as long as what it is for: one, not two.
+    For a small network a call from Python takes as long as what it is for: one, not three. If a
+    requested phase does not exist (see `checked_phases`), it returns false and changes nothing.
     """
+    if first_wrong(requested, lowest, layout.signals.phase_count) < requested.shape[0]:
+        return False
     advance(layout, trips, state, requested, steps, rules)
     observe(state, steps, counts, shown, waiting_veh)
+    return True
 
 
 @kernel

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +34,8 @@ from dmil.simulation.queue.state import (
     initial_state,
 )
 from dmil.simulation.timing import PROGRAM, checked_phases, rules_of
+
+INT32 = np.dtype(np.int32)
 
 
 class QueueSimulator:
@@ -135,9 +138,12 @@ class QueueSimulator:
                 mend="call reset",
             )
         steps = min(scenario.timing.decision_interval_s, left_s)
-        seen = self._unseen()
-        requested = self._checked(phases)
-        self._advance(self._layout, self._trips, state, requested, steps, self._rules, *seen)
+        requested, lowest, seen = self._whole_numbers(phases), self._lowest, self._unseen()
+        rules = self._rules
+        if not self._advance(
+            self._layout, self._trips, state, requested, lowest, steps, rules, *seen
+        ):
+            self._checked(phases)  # says which is wrong
         self._time_s += steps
         return self._observe(*seen)
 
@@ -197,6 +203,11 @@ class QueueSimulator:
 
     def _observe(self, counts: IntArray, shown: IntArray, waiting_veh: FloatArray) -> Observation:
         return Observation(counts[0], counts[1], shown[0], shown[1], self._time_s, waiting_veh)
+
+    def _whole_numbers(self, phases: npt.NDArray[Any]) -> IntArray:
+        """Return phases as kernels take them; whether they exist is left to the kernel."""
+        fits = type(phases) is np.ndarray and phases.dtype is INT32 and phases.flags.c_contiguous
+        return phases if fits and phases.shape == self._lowest.shape else self._checked(phases)
 
     def _checked(self, phases: npt.NDArray[np.integer]) -> npt.NDArray[np.int32]:
         signals, where = self._layout.signals, self._scenario.name
