@@ -256,7 +256,7 @@ def test_a_capped_dual_memory_is_its_twin(networks, walk, plain_classes, embeddi
     options = {"epsilon": 0.3, "short_capacity": 4, "long_capacity": cap, **options}
     settings = DualMemorySettings(embedding=embedding, **options)
     twin = CappedTwin(settings, network, None, plain_classes)
-    drive(DualMemoryController(settings), twin, network, walk, 120)
+    drive(DualMemoryController(settings), twin, network, walk, 80)
     assert twin.replaced and twin.refused
 
 
@@ -273,7 +273,7 @@ def test_what_is_staged_and_told_is_what_the_twin_says(networks, walk, plain_cla
     options = {"epsilon": 0.5, "short_capacity": 5, "long_capacity": 50, **options}
     settings = DualMemorySettings(embedding="cells", **options)
     twin = CappedTwin(settings, networks["mixed"], None, plain_classes)
-    drive(DualMemoryController(settings), twin, networks["mixed"], walk, 200)
+    drive(DualMemoryController(settings), twin, networks["mixed"], walk, 100)
     assert twin.staged
 
 
