@@ -82,7 +82,7 @@ def test_a_look_up_is_a_scan_of_rows_near_each_other(tolerance):
     table = Table(tolerance, ROTATIONS, owners=1)
     for key in np.unique(keys_of(rng, 400, 2), axis=0):
         table.append(0, key)
-    for key in keys_of(rng, 400, 3):
+    for key in keys_of(rng, 200, 3):
         assert table.find(0, key) == table.scan(0, key)
 
 
@@ -143,7 +143,7 @@ def test_owners_are_apart_through_growth_copies_and_clearing(tolerance):
 
     def check():
         for owner in range(len(table.plain)):
-            for key in [*map(np.int32, table.plain[owner]), *keys_of(rng, 40, 3)]:
+            for key in [*map(np.int32, table.plain[owner]), *keys_of(rng, 20, 3)]:
                 assert table.find(owner, key) == table.scan(owner, key)
 
     def fill(owner, count):
@@ -151,7 +151,7 @@ def test_owners_are_apart_through_growth_copies_and_clearing(tolerance):
             if table.find(owner, key)[0] == ABSENT:
                 table.append(owner, key)
 
-    fill(0, 90)
+    fill(0, 70)
     fill(2, 30)
     check()
     clear(table.rows, 0)

@@ -21,7 +21,7 @@ EMBEDDINGS = ("exact", "simple", "complex", "cells")
 # The grounds of the check have no programs, and more than the one intersection that oracles plan.
 ORACLES = sorted(name for name, entry in CONTROLLERS.items() if entry.oracle)
 # The smaller their networks, the sooner they learn.
-SMALL = {"hidden": 8, "batch_size": 8}
+SMALL = {"hidden": 8, "batch_size": 8, "train_every": 5}
 OPTIONS = dict.fromkeys(("dqn", "dqn-prioritised", "dqn-hindsight", "vdn", "nec"), SMALL)
 # Whatever the options: the ground on which no two intersections are alike.
 UNEVEN = replace(proving_grounds()[-1], horizon_s=200)

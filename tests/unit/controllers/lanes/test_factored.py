@@ -311,11 +311,11 @@ def test_values_are_the_true_ones_and_choices_the_best():
 def test_a_wrong_prior_is_learned_away():
     options = {**LANES_ONLY, **TRUSTING}
     learner = factored(**options)
-    late_arrivals.drive(learner, 10_000)
+    late_arrivals.drive(learner, 20_000)
     frozen, prior = (begun(learning=False, **options) for _ in range(2))
     frozen.restore(learner.arrays())
     best, found, believed = (
-        late_arrivals.drive(each, 2000) for each in (late_arrivals.Best(), frozen, prior)
+        late_arrivals.drive(each, 4000) for each in (late_arrivals.Best(), frozen, prior)
     )
     assert best < found < 1.15 * best
     assert believed > 3 * best
