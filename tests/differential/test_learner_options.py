@@ -262,7 +262,7 @@ def test_a_capped_dual_memory_is_its_twin(networks, walk, plain_classes, embeddi
     options = {"epsilon": 0.3, "short_capacity": 4, "long_capacity": cap, **options}
     settings = DualMemorySettings(embedding=embedding, **options)
     twin = CappedTwin(settings, network, None, plain_classes)
-    drive(DualMemoryController(settings), twin, network, walk, 80)
+    drive(DualMemoryController(settings), twin, network, walk, 120)
     assert twin.replaced and twin.refused
 
 
