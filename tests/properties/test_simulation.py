@@ -88,9 +88,7 @@ class Drive:
             wanted[:] = self.rng.integers(0, self.layout.signals.phase_count)
         size = wanted.size, self.state.queue_veh.shape[1]
         seen = np.empty((2, *size), np.int32), np.empty((2, wanted.size), np.int32), np.empty(size)
-        self.advance(
-            self.layout, self.trips, self.state, wanted, 1, rules, *seen
-        )
+        self.advance(self.layout, self.trips, self.state, wanted, 1, rules, *seen)
         return wanted
 
 
@@ -108,7 +106,9 @@ def begin(tee, mixed_network, varied, wander):
         layout = build_layout(scenario)
         trips = build_trips(scenario, layout, vehicles)
         state = initial_state(layout, trips, STEPS)
-        return Drive(scenario, vehicles, layout, trips, state, rng, TypedOnce(kernel.advance_and_observe))
+        return Drive(
+            scenario, vehicles, layout, trips, state, rng, TypedOnce(kernel.advance_and_observe)
+        )
 
     return start
 
