@@ -1,8 +1,5 @@
 """Classes in plain Python; junctions of several shapes, queues that grow by chance on them."""
 
-import math
-from fractions import Fraction
-
 import numpy as np
 import pytest
 
@@ -26,7 +23,8 @@ class PlainClasses:
         levels, largest = self.embedding.scale_levels, max(state)
         scaled = state
         if levels and largest:
-            scaled = [math.floor(Fraction(levels * x, largest) + Fraction(1, 2)) for x in state]
+            # The floor of levels · x / largest + ½, in whole numbers.
+            scaled = [(2 * levels * x + largest) // (2 * largest) for x in state]
         both = state + scaled if self.embedding.also_unscaled else scaled
         return tuple((x + self.embedding.cell_offset) // self.embedding.cell_width for x in both)
 

@@ -187,7 +187,7 @@ class PlainQueues:
             return True
         if not any(
             self.has_green(foe)
-            and self.queued()[foe]
+            and self.anyone_for(foe)
             and (not self.in_turn(place, foe) or self.came_first(foe, place, lane))
             for foe in self.foes(place)
         ):
@@ -231,6 +231,16 @@ class PlainQueues:
 
     def place_of(self, car):
         return self.places[car.route[car.place], car.route[car.place + 1]]
+
+    def anyone_for(self, place):
+        """Whether somebody queues for a movement, in whichever lane of its link."""
+        link = self.nodes[place[0]].movements[place[1]].from_link
+        return any(
+            self.place_of(car) == place
+            for lane, queue in self.lanes.items()
+            if queue and lane[0] == link
+            for car in queue
+        )
 
     def queued(self):
         counts = defaultdict(int)

@@ -26,6 +26,15 @@ OPTIONS = {
 }
 
 
+@pytest.fixture(autouse=True, scope="module")
+def _one_thread():
+    """As the learners have it: for so little, several threads wait for each other."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(before)
+
+
 class PlainDeep:
     """DQN on lists; with ``urgent`` prioritised replay, with ``team`` value decomposition."""
 
@@ -76,8 +85,8 @@ class PlainDeep:
         if not self.urgent:
             return [int(draw * len(self.transitions)) for draw in draws], np.ones(BATCH)
         total, rows = sum(self.priorities), []
+        edges = np.cumsum(self.priorities)
         for k, draw in enumerate(draws):
-            edges = np.cumsum(self.priorities)
             rows.append(int(np.searchsorted(edges, (k + draw) / BATCH * total, side="right")))
         beta = 0.4 + 0.6 * min(1.0, self.decisions / PLANNED)
         chance = np.array([self.priorities[row] for row in rows]) / total

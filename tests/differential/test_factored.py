@@ -140,7 +140,7 @@ PLACES = [
 def test_decisions_and_tables_are_those_of_the_plain_twin(place, options, places, wander):
     network, timing, veh_per_s = places[place]
     dynamics = QueueDynamics(saturation_flow_veh_per_s=0.5)
-    made = Scenario(place, network, None, timing, dynamics, 40 * timing.decision_interval_s)
+    made = Scenario(place, network, None, timing, dynamics, 20 * timing.decision_interval_s)
     both, overruled = Both(OPTIONS[options]), 0
     for episode in range(2):
         rng = stream(episode, "vehicles", place)
@@ -154,7 +154,7 @@ def test_decisions_and_tables_are_those_of_the_plain_twin(place, options, places
 @pytest.mark.parametrize("timing", [SignalTiming(), SLOW], ids=["paper", "clearance"])
 def test_the_twin_agrees_until_the_table_matters(timing):
     """Long enough that what was learned changes phases: it does not always agree with the prior."""
-    made = scenario("grid:2x2", horizon_s=6000, timing=timing)
+    made = scenario("grid:2x2", horizon_s=3000, timing=timing)
     both = Both({})
     both.run(made, made.demand.vehicles(made.network, made.horizon_s, stream(1, "demand")))
     both.compare_tables()
@@ -168,7 +168,7 @@ def phases_on(controller, made):
     controller.reset(RunContext(made.network, made.timing, stream(0), dynamics=made.dynamics))
     vehicles = made.demand.vehicles(made.network, made.horizon_s, stream(2, "demand"))
     seen = simulator.reset(vehicles)
-    while seen.time_s < 1000:
+    while seen.time_s < 600:
         chosen.append(controller.decide(seen, None).tolist())
         seen = simulator.advance(np.array(chosen[-1]))
     return chosen

@@ -238,15 +238,21 @@ def test_an_unseen_state_acts_as_it_is_told(networks, walk, plain_classes, embed
         assert twin.fell_back
 
 
-@pytest.mark.parametrize("embedding", EMBEDDINGS)
+OFTEN = {"communication": True, "communication_period_s": 30, "unseen": "longest-queue"}
+
+
 @pytest.mark.parametrize(
-    "options",
+    ("options", "embedding"),
     [
-        {},
-        {"long_capacity": 1, "short_capacity": 2, "staging": "visits"},
-        {"communication": True, "communication_period_s": 70},
-        {"communication": True, "communication_period_s": 30, "unseen": "longest-queue"},
-        {"unseen": "nearest", "least_tried": 2},
+        *(({}, each) for each in EMBEDDINGS),
+        ({"long_capacity": 1, "short_capacity": 2, "staging": "visits"}, "exact"),
+        ({"long_capacity": 1, "short_capacity": 2, "staging": "visits"}, "complex"),
+        ({"communication": True, "communication_period_s": 70}, "simple"),
+        ({"communication": True, "communication_period_s": 70}, "complex"),
+        (OFTEN, "exact"),
+        (OFTEN, "complex-scaled"),
+        ({"unseen": "nearest", "least_tried": 2}, "complex"),
+        ({"unseen": "nearest", "least_tried": 2}, "cells"),
     ],
     ids=str,
 )
@@ -273,7 +279,7 @@ def test_what_is_staged_and_told_is_what_the_twin_says(networks, walk, plain_cla
     options = {"epsilon": 0.5, "short_capacity": 5, "long_capacity": 50, **options}
     settings = DualMemorySettings(embedding="cells", **options)
     twin = CappedTwin(settings, networks["mixed"], None, plain_classes)
-    drive(DualMemoryController(settings), twin, networks["mixed"], walk, 200)
+    drive(DualMemoryController(settings), twin, networks["mixed"], walk, 100)
     assert twin.staged
 
 

@@ -253,7 +253,7 @@ KINDS = {
 }
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def compare(plain_classes, walk):
     """Return a function that runs a learner and its twin on a network."""
 
@@ -269,8 +269,10 @@ def compare(plain_classes, walk):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("name", ["grid", "mixed"])
-@pytest.mark.parametrize("embedding", EMBEDDINGS)
+@pytest.mark.parametrize(
+    ("name", "embedding"),
+    [*(("mixed", each) for each in EMBEDDINGS), ("grid", "exact"), ("grid", "complex")],
+)
 @pytest.mark.parametrize("communication", [False, True], ids=["alone", "communicating"])
 def test_a_learner_is_its_twin(compare, networks, kind, name, embedding, communication):
     compare(kind, networks[name], embedding=embedding, communication=communication)
@@ -296,18 +298,31 @@ def test_dual_memory_is_its_twin_by_other_rules(compare, networks, options):
     compare("dual-memory", networks["mixed"], **{"embedding": "complex", **options})
 
 
+@pytest.fixture(scope="module")
+def dummy(compare, networks):
+    """Return a learner whose table is a prior."""
+    return compare("sarsa-shared", networks["mixed"], embedding="exact", decisions=40)
+
+
+EXCHANGING = {"communication": True, "epsilon": 0.5, "epsilon_decay": 0.95}
+
+
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("embedding", EMBEDDINGS)
 @pytest.mark.parametrize(
-    "options",
-    [{}, {"learning": False}, {"communication": True, "epsilon": 0.5, "epsilon_decay": 0.95}],
+    ("options", "embedding"),
+    [
+        *(({}, each) for each in EMBEDDINGS),
+        ({"learning": False}, "simple"),
+        ({"learning": False}, "complex-scaled"),
+        (EXCHANGING, "complex"),
+        (EXCHANGING, "cells"),
+    ],
     ids=str,
 )
 def test_a_learner_that_starts_from_a_prior_is_its_twin(
-    compare, networks, kind, embedding, options
+    compare, dummy, networks, kind, embedding, options
 ):
     network = networks["mixed"]
-    dummy = compare("sarsa-shared", network, embedding="exact", decisions=40)
     shown = [network.intersections[members[0]] for members in agents_of(network).members]
     compare(
         kind,

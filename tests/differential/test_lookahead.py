@@ -63,7 +63,7 @@ PLACES = ["grid:2x2", "overloaded", "clearance", "uneven", "lanes", "stuck"]
 def test_decisions_and_tables_are_those_of_the_plain_twin(place, options, places, wander):
     network, timing, veh_per_s = places[place]
     dynamics = QueueDynamics(saturation_flow_veh_per_s=0.5)
-    made = Scenario(place, network, None, timing, dynamics, 25 * timing.decision_interval_s)
+    made = Scenario(place, network, None, timing, dynamics, 15 * timing.decision_interval_s)
     # No round number: half a vehicle would be on the edge of a row.
     chosen = {"expected": 0.2871, **OPTIONS[options]}
     inner, twin, overruled = make_controller("lookahead", chosen), PlainLookahead(chosen), 0

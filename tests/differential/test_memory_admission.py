@@ -93,7 +93,7 @@ def test_admission_is_its_twin(tolerance, rotations, capacity):
     images = TURNS.movement_image[: 4 if rotations else 1].tolist()
     twins = [PlainAdmission(images, tolerance, capacity) for _ in range(2)]
     answers = set()
-    for _ in range(1500):
+    for _ in range(700):
         owner = int(rng.integers(2))
         # Some come often, most hardly ever.
         key = (rng.geometric(0.25, PLACES) * 3).astype(np.int32)

@@ -154,7 +154,7 @@ def keys_of(kind, rng, count, places):
 def test_episodic_memory_is_its_plain_twin(kind, places, capacity):
     rng = stream(capacity, "episodic", kind, places)
     twins = Twins(places, capacity, neighbours=7)
-    for key in keys_of(kind, rng, 400, places):
+    for key in keys_of(kind, rng, 200, places):
         table = int(rng.integers(TABLES))
         if twins.plain[table].entries:
             twins.estimate(table, key, bool(rng.integers(2)))
@@ -169,7 +169,7 @@ def test_a_dictionary_is_its_plain_twin(kind, capacity):
     rng = stream(capacity, "dictionary", kind)
     twins = Twins(6, capacity, neighbours=20)
     known = []
-    for key in keys_of(kind, rng, 400, 6):
+    for key in keys_of(kind, rng, 250, 6):
         table = int(rng.integers(TABLES))
         if known and rng.random() < 0.3:
             key = known[int(rng.integers(len(known)))]
@@ -210,13 +210,13 @@ def test_what_is_gathered_are_the_neighbours():
 @pytest.mark.parametrize("kind", KINDS)
 def test_neighbours_are_those_of_a_tree(kind):
     rng = stream(1, "tree", kind)
-    entries, nearest = make_entries(1, 2000, 8), make_neighbours(11)
-    for key in keys_of(kind, rng, 2000, 8) * np.float32(3):
+    entries, nearest = make_entries(1, 700, 8), make_neighbours(11)
+    for key in keys_of(kind, rng, 700, 8) * np.float32(3):
         if find_key(entries, 0, key) == ABSENT:
             insert(entries, 0, key, 0.0, tick(entries))
     keys = pack_entries(entries)["keys"].astype(float)
     tree = cKDTree(keys)
-    for key in keys_of(kind, rng, 100, 8) * np.float32(3):
+    for key in keys_of(kind, rng, 50, 8) * np.float32(3):
         assert find_nearest(entries, 0, key, nearest) == 11
         expected, _ = tree.query(key.astype(float), 11)
         # Of equally far ones the tree may take others, so distances are compared.

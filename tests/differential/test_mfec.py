@@ -12,7 +12,7 @@ from dmil.simulation import Observation
 from dmil.testing.proving_grounds import uneven_network
 
 NETWORKS = {"grid": grid(2, 2), "uneven": uneven_network()}
-DECISIONS = 250
+DECISIONS = 120
 
 
 class PlainMfec:

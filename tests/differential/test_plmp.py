@@ -16,14 +16,16 @@ from dmil.seeding import stream
 from dmil.simulation import Observation
 from dmil.testing.proving_grounds import uneven_network
 
+STEP = 3
+"""Every third pair of a key and a pattern is looked at: all keys, and all patterns."""
 NETWORKS = {"grid": grid(2, 2), "uneven": uneven_network()}
 
 
 def plainly_covers(key, pattern, reach):
     """As it is defined: the key, its multiples, and what is 0 … reach above it everywhere."""
-    off = [p - k for k, p in zip(key, pattern, strict=True)]
-    multiples = [[v * k for k in key] for v in range(2, reach + 1)]
-    return all(0 <= d <= reach for d in off) or list(pattern) in multiples
+    return all(0 <= p - k <= reach for k, p in zip(key, pattern, strict=True)) or any(
+        all(p == v * k for k, p in zip(key, pattern, strict=True)) for v in range(2, reach + 1)
+    )
 
 
 def plainly_found(keys, pattern, reach):
@@ -41,7 +43,7 @@ def covers(key, pattern, reach):
 @pytest.mark.parametrize("reach", [0, 1, 2, 3])
 def test_classes_are_as_they_are_defined(reach):
     covered = 0
-    for code in range(4**3 * 7**3):
+    for code in range(0, 4**3 * 7**3, STEP):
         key = np.array([code % 4, code // 4 % 4, code // 16 % 4], np.int32)
         rest = code // 64
         pattern = np.array([rest % 7, rest // 7 % 7, rest // 49], np.int32)
@@ -52,7 +54,7 @@ def test_classes_are_as_they_are_defined(reach):
     assert covers(np.array([3, 0, 2], np.int32), np.array([9, 0, 6], np.int32), reach) == (
         reach >= 3
     )
-    assert 4**3 <= covered < 4**3 * 7**3 / 2
+    assert 4**3 / STEP <= covered < 4**3 * 7**3 / STEP / 2
 
 
 @pytest.mark.parametrize("reach", [0, 1, 2, 3])
@@ -62,7 +64,7 @@ def test_the_first_key_that_covers_a_pattern_has_it(places, reach):
     rng = stream(reach, "patterns", places)
     rows, keys = make_rows(2, 900, places, 0), ([], [])
     key, hits = np.zeros((1, places), np.int32), {"probed": 0, "compared": 0, "divided": 0}
-    for number in range(1500):
+    for number in range(1500 if places == 3 else 900):
         owner = number % 2
         pattern = rng.poisson(2.0, places).astype(np.int32)
         if keys[owner] and number % 3:
@@ -214,7 +216,7 @@ def test_decisions_are_those_of_the_plain_twin(name, capacity, predicts):
     chance, rewards, reward = stream(5, "chance"), stream(5, "rewards"), None
     announcements = Announcements(RunContext(network, SignalTiming(), stream(5)))
     shapes = controller.agents.shape.tolist()
-    for seen in looks(network, 2, 200):
+    for seen in looks(network, 2, 120):
         patterns = controller.states(seen).tolist()
         ahead = controller.signalled(announcements.queue_ahead(seen)).tolist()
         draws = chance.random((len(shapes), DRAWS))
@@ -230,5 +232,5 @@ def test_decisions_are_those_of_the_plain_twin(name, capacity, predicts):
     ):
         assert {int(p): found[p] for p in np.flatnonzero(tried)} == expected
     counts = controller.lookups()
-    assert sum(counts.values()) == 200 * len(shapes)
+    assert sum(counts.values()) == 120 * len(shapes)
     assert (counts["prediction"] > 0) == predicts

@@ -31,8 +31,8 @@ from dmil.simulation.queue.state import (
 from dmil.simulation.timing import rules_of
 from tests.differential.plain_queues import PlainQueues
 
-CASES = [f"{network}-{n}" for network in ("grid", "tee", "mixed", "unsignalled") for n in range(24)]
-CASES += [f"classes-{n}" for n in range(12)]
+CASES = [f"{network}-{n}" for network in ("grid", "tee", "mixed", "unsignalled") for n in range(12)]
+CASES += [f"classes-{n}" for n in range(8)]
 CAR, BUS = Classes({"passenger"}), Classes({"bus"})
 
 
@@ -198,15 +198,16 @@ def test_every_step_is_that_of_the_plain_twin(name, make_case):
     lowest = np.full(intersections, -1, np.int32)
     counts = np.empty((2, intersections, width), np.int32)
     shown, waiting_veh = np.empty((2, intersections), np.int32), np.empty((intersections, width))
+    given = rules_of(rules, network)
+    # Without a decision nobody is overruled. For an array that can be changed it would be compiled.
+    unlimited = given._replace(max_green_s=np.zeros_like(given.max_green_s))
+    unlimited.max_green_s.flags.writeable = False
     for time_s in range(scenario.horizon_s):
         wanted, decides = state.phase.copy(), time_s % rules.decision_interval_s == 0
         if decides:
             wanted = drawn_phases(network, state.phase, rng)
             twin.decide(wanted.tolist())
-        # Without a decision nobody is overruled.
-        now = rules_of(rules, network)
-        if not decides:
-            now = now._replace(max_green_s=np.zeros_like(now.max_green_s))
+        now = given if decides else unlimited
         assert kernel.advance_and_observe(
             layout, trips, state, wanted, lowest, 1, now, counts, shown, waiting_veh
         )

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.skipif(
     reason="needs the extra sumo",
 )
 
-HORIZON_S = 900
+HORIZON_S = 600
 
 
 @pytest.fixture(scope="module", params=["grid:2x2", "resco/cologne1", "resco/cologne8"])

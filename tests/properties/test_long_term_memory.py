@@ -47,17 +47,17 @@ def new(options, seed=1):
     return controller
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(options=OPTIONS, states=QUEUES, order=ORDER)
 def test_there_are_never_more_rows_than_the_cap(options, states, order):
     controller = new(options)
     classes = EMBEDDINGS[options["embedding"]]
+    scratch = make_scratch(controller._classes)
     for observation, reward in steps(states, order):
         controller.decide(observation, reward)
         rows, use = controller.memory.long.rows, controller.memory_use()
         assert (rows.size <= options["long_capacity"]).all()
         assert use.long_term_entries <= options["long_capacity"]
-        scratch = make_scratch(controller._classes)
         for agent in range(2):
             for row in range(rows.size[agent]):
                 key = rows.keys[agent, row].copy()
@@ -68,7 +68,7 @@ def test_there_are_never_more_rows_than_the_cap(options, states, order):
     assert rows.tolerance == classes.tolerance
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(options=OPTIONS, states=QUEUES, order=ORDER, more=ORDER)
 def test_a_restored_memory_goes_on_byte_for_byte(options, states, order, more):
     original, copy = new(options), new(options)
@@ -125,7 +125,7 @@ def test_frequent_keys_survive_a_scan_of_keys_that_come_once(capacity, share, se
     assert all(cache.holds(key) for key in often)
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(capacity=st.integers(2, 60), seed=st.integers(0, 999))
 def test_what_comes_now_displaces_what_came_long_ago(capacity, seed):
     rng = stream(seed, "change")

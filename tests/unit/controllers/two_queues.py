@@ -1,5 +1,6 @@
 """Two queues before one signal: so few states that the best choices can be computed."""
 
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -32,14 +33,20 @@ def joined(state, arrival):
     return tuple(min(n + more, MOST_VEH) for n, more in zip(state, arrival, strict=True))
 
 
+@cache
 def best_phases(arrivals):
     """Return the phases that are best in each state, by value iteration."""
     value = dict.fromkeys(STATES, 0.0)
 
-    def worth(state, phase):
+    def follow(state, phase):
         stays = served(state, phase)
-        after = [value[joined(stays, arrival)] for arrival in arrivals]
-        return -sum(stays) + DISCOUNT * np.mean(after)
+        return -sum(stays), [joined(stays, arrival) for arrival in arrivals]
+
+    following = {(state, phase): follow(state, phase) for state in STATES for phase in range(8)}
+
+    def worth(state, phase):
+        reward, after = following[state, phase]
+        return reward + DISCOUNT * sum(value[each] for each in after) / len(after)
 
     for _ in range(300):
         value = {state: max(worth(state, phase) for phase in range(8)) for state in STATES}

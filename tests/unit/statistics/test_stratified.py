@@ -84,9 +84,9 @@ def covered(found, truth):
 
 @pytest.mark.parametrize("summary", ["mean", IQM])
 def test_paired_intervals_cover_the_truth_in_95_of_100_experiments(summary):
-    values, reference = worlds(seeds=30, count=2_000, effect=-1.0)
+    values, reference = worlds(seeds=30, count=800, effect=-1.0)
     rng = stream(4, "bootstrap")
-    found = paired_difference(values, reference, rng, summary=summary, resamples=2_000)
+    found = paired_difference(values, reference, rng, summary=summary, resamples=1_000)
     assert 0.92 <= covered(found, -1.0) <= 0.98
     # And they are of use: the shared demand, which varies by 30, has cancelled.
     assert (found.high - found.low).mean() < (2.5 if summary == "mean" else 3.5)
@@ -94,8 +94,8 @@ def test_paired_intervals_cover_the_truth_in_95_of_100_experiments(summary):
 
 def test_stratified_intervals_cover_the_truth_as_often_as_they_say():
     rng = stream(5, "worlds")
-    tasks = [rng.normal(task, 1 + task, size=(30, 2_000)) for task in range(4)]
-    found = mean_interval(tasks, stream(5, "bootstrap"), resamples=2_000)
+    tasks = [rng.normal(task, 1 + task, size=(30, 800)) for task in range(4)]
+    found = mean_interval(tasks, stream(5, "bootstrap"), resamples=1_000)
     assert 0.92 <= covered(found, 1.5) <= 0.98
 
 

@@ -84,7 +84,7 @@ def test_links_take_what_undisturbed_vehicles_need():
 
 @with_sumo
 def test_a_run_of_sumo_is_measured_and_brings_the_simulators_together():
-    made = scenario("resco/cologne1", horizon_s=1200)
+    made = scenario("resco/cologne1", horizon_s=900)
     found = calibrate(made, 1000)
     assert (found.scenario, found.controller, found.seed) == ("resco/cologne1", "program", 1000)
     # Drivers of SUMO's default model: a headway of two seconds, about three are lost.

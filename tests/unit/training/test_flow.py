@@ -96,7 +96,7 @@ def test_three_times_the_demand_is_no_lock_in_either_simulator(simulator):
 
 @pytest.mark.parametrize("load", [5, 12])
 def test_grids_far_beyond_capacity_are_not_locked(load):
-    recipe = ScenarioRecipe(scenario="grid:3x3", horizon_s=1800, load=load)
+    recipe = ScenarioRecipe(scenario="grid:3x3", horizon_s=1200, load=load)
     flows, _ = run_all(recipe, "queue", ["fixed-cycle", "random", "max-pressure"])
     assert locks(flows) == [(), (), ()]
 

@@ -41,7 +41,7 @@ def test_it_chooses_best_wherever_it_was():
         return make_controller("nec", options)
 
     options = {"steps": 2, "train_every": 4, "exploration_part": 0.8}
-    frozen, met = trained(make, options, ALTERNATING, decisions=3000)
+    frozen, met = trained(make, options, ALTERNATING, decisions=1800)
     # A wrong choice makes another state occur, so these are all that it can come to.
     occurring, stayed = drive(frozen, ALTERNATING, "test", 300)
     assert wrong_states(frozen, ALTERNATING, occurring) == []

@@ -56,9 +56,9 @@ def practise(controller, network, *, decisions=60, seed=1, mean_veh=0.4):
     ("name", "options", "arrivals", "decisions"),
     [
         ("mfec", {"steps": 3}, ALTERNATING, 4000),
-        ("mfec", {"steps": 1}, BUSY, 4000),
-        ("plmp", SLOWLY, ALTERNATING, 20_000),
-        ("plmp", SLOWLY, BUSY, 20_000),
+        ("mfec", {"steps": 1}, BUSY, 2000),
+        ("plmp", SLOWLY, ALTERNATING, 10_000),
+        ("plmp", SLOWLY, BUSY, 14_000),
     ],
 )
 def test_it_chooses_best_wherever_it_was(name, options, arrivals, decisions):

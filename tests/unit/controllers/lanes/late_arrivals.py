@@ -40,15 +40,21 @@ def joined(queue, coming):
 def best_phases(discount):
     """Return which phases are best in each state, by value iteration."""
     value = dict.fromkeys(STATES, 0.0)
+    after = {(*state, phase): left_over(state[0], phase) for state in STATES for phase in PHASES}
+    after = {key: (-sum(stays), joined(stays, key[1])) for key, stays in after.items()}
 
-    def worth(queue, coming, phase):
-        stays = left_over(queue, phase)
-        after = [value[joined(stays, coming), following] for following in COMING]
-        return -sum(stays) + discount * sum(after) / len(after)
+    def worth(*key):
+        reward, queue = after[key]
+        return reward + discount * mean[queue]
+
+    def mean_values():
+        queues = {queue for queue, _ in STATES}
+        return {q: sum(value[q, coming] for coming in COMING) / len(COMING) for q in queues}
 
     for _ in range(150):
+        mean = mean_values()
         value = {state: max(worth(*state, phase) for phase in PHASES) for state in STATES}
-    found = {}
+    found, mean = {}, mean_values()
     for state in STATES:
         worths = {phase: worth(*state, phase) for phase in PHASES}
         most = max(worths.values()) - 1e-9

@@ -292,7 +292,7 @@ def test_values_are_the_true_ones_and_choices_the_best():
     """What is known of a lane after one interval: who waits at red; approaching ones come late."""
     options = {**LANES_ONLY, **TRUSTING, "discount": 0.0}
     learner = factored(**options)
-    late_arrivals.show_at_random(learner, 20_000)
+    late_arrivals.show_at_random(learner, 8000)
     frozen, prior = (begun(learning=False, **options) for _ in range(2))
     frozen.restore(learner.arrays())
     shape = 12, 4, 6, 2

@@ -81,7 +81,7 @@ def test_nothing_is_better_on_a_short_horizon(timing, tee):
     interval_s = TIMINGS[timing].decision_interval_s
     found = made("tee", timing=timing, horizon_s=6 * interval_s, tee=tee)
     simulator, searched = QueueSimulator(found), 0
-    for seed in range(3):
+    for seed in range(2):
         # Everybody is there before the last decision, and nothing happens after the horizon.
         vehicles = vehicles_of_seed(found, seed)
         vehicles = vehicles.take(np.flatnonzero(vehicles.depart_s < found.horizon_s - 5))
@@ -98,12 +98,12 @@ def test_nothing_is_better_on_a_short_horizon(timing, tee):
             least = min(least, simulator.measures().wait_veh_s)
             searched += 1
         assert planned_veh_s.sum() == least > 0
-    assert searched == 3 * 3**6
+    assert searched == 2 * 3**6
 
 
 @pytest.mark.parametrize("load", [1.0, 3.0, 7.0])
 def test_wider_beams_find_plans_as_good_and_all_beat_longest_queue_first(load):
-    found = made("grid", load=load, horizon_s=900)
+    found = made("grid", load=load, horizon_s=500)
     vehicles = vehicles_of_seed(found, 6)
     crossing = crossing_of(situation_of(found, vehicles))
     costs = [search(crossing, width)[1].sum() for width in (3, 30, 300, 1000)]

@@ -267,7 +267,7 @@ def test_equal_pressures_are_equal_in_spite_of_rounding():
     controller = begin(MaxPressureController(), network)
     rng = stream(4, "thirds")
     rounded = 0
-    for _ in range(400):
+    for _ in range(120):
         queues = [dict(enumerate(rng.integers(0, 4, 12).tolist())) for _ in range(9)]
         observation = seen(network, queues, rng.integers(0, 8, 9))
         pressure_veh = movement_pressure(observation.queue_veh, network)

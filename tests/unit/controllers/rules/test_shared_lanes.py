@@ -161,7 +161,10 @@ def test_one_lane_a_side_and_a_phase_for_left_turns(simulator, load):
     scenario = recipe.build()
     vehicles = vehicles_of_seed(scenario, 0)
     made, recorder, flows, arrived = make_simulator(scenario, simulator), FlowRecorder(), [], []
-    for label in ("program", *RULES, *SEEING):
+    labels = [*RULES, *SEEING]
+    if simulator == "sumo" and load != 1.0:  # every rule at one of the other loads
+        labels = labels[load > 1.0 :: 2]
+    for label in ("program", *labels):
         variant = parse_variant(label)
         controller = make_controller(variant.name, variant.options)
         reward = make_reward("diffusion")

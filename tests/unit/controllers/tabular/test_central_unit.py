@@ -1,5 +1,7 @@
 """Communication with the central unit: when, what, how late, what is lost, and what it costs."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ from dmil.scenarios import SignalTiming, scenario
 from dmil.seeding import stream
 from dmil.simulation import Observation, QueueSimulator
 from dmil.testing import check_controller
+from dmil.testing.proving_grounds import proving_grounds
 from dmil.training import evaluate, train, vehicles_of_seed
 
 SCENARIO = scenario("grid:2x2", horizon_s=300)
@@ -263,7 +266,13 @@ TRIED = [("sarsa", each) for each in OPTIONS] + [("dual-memory", each) for each 
 
 @pytest.mark.parametrize(("name", "options"), TRIED, ids=str)
 def test_our_controllers_conform_however_they_communicate(name, options):
-    check_controller(lambda: make_controller(name, {**MEETING, "epsilon": 0.2, **options}))
+    # Where no two intersections are alike, and where all are.
+    grounds = proving_grounds()[-1], scenario("grid:1x2")
+    for each in grounds:
+        check_controller(
+            lambda: make_controller(name, {**MEETING, "epsilon": 0.2, **options}),
+            replace(each, horizon_s=150),
+        )
 
 
 @pytest.mark.parametrize(("name", "options"), TRIED, ids=str)

@@ -1,5 +1,7 @@
 """Options of the dual memory: prior for unseen states, cap, saving with every one of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,8 +12,11 @@ from dmil.scenarios import SignalTiming, scenario
 from dmil.seeding import stream
 from dmil.simulation import Observation, QueueSimulator
 from dmil.testing import check_controller
+from dmil.testing.proving_grounds import proving_grounds
 from dmil.training import train, train_prior
 
+# All intersections differ, and the network is small.
+UNEVEN = replace(proving_grounds()[-1], horizon_s=150)
 FULL = {
     "long_capacity": 9,
     "short_capacity": 4,
@@ -39,7 +44,7 @@ def observed(queue, phase, time_s=0):
 
 @pytest.mark.parametrize("options", EACH, ids=str)
 def test_our_controllers_conform_with_every_option(options):
-    check_controller(lambda: make_controller("dual-memory", {"epsilon": 0.2, **options}))
+    check_controller(lambda: make_controller("dual-memory", {"epsilon": 0.2, **options}), UNEVEN)
 
 
 @pytest.mark.parametrize("name", ["sarsa", "dual-memory"])
@@ -64,7 +69,8 @@ def test_who_knows_nothing_is_longest_queue_first(name, mixed_network, tee):
 
 def test_sarsa_conforms_with_every_rule_for_unseen_states():
     for unseen in ("longest-queue", "nearest"):
-        check_controller(lambda u=unseen: make_controller("sarsa", {"unseen": u, "epsilon": 0.2}))
+        options = {"unseen": unseen, "epsilon": 0.2}
+        check_controller(lambda o=options: make_controller("sarsa", o), UNEVEN)
 
 
 @pytest.mark.parametrize("options", EACH, ids=str)
