@@ -26,19 +26,26 @@ def test_pettingzoos_tests_pass():
     state_test(env("grid:2x2"), parallel_env("grid:2x2"))
 
 
-@pytest.mark.parametrize("simulator", ["sumo", "sumo-meso"])
-def test_pettingzoos_tests_pass_in_sumo(simulator):
+def test_pettingzoos_tests_of_parallel_environments_pass_in_sumo():
     pytest.importorskip("libsumo", reason="needs the extra sumo")
 
-    def short(make):
-        return make("grid:2x2", simulator, horizon_s=100)
+    def short():
+        return parallel_env("grid:1x2", "sumo", horizon_s=100)
 
-    with short(parallel_env) as made:
+    with short() as made:
         parallel_api_test(made, num_cycles=25)
-    parallel_seed_test(lambda: short(parallel_env), num_cycles=10)
-    with contextlib.closing(short(env)) as made:
+    parallel_seed_test(short, num_cycles=10)
+
+
+def test_pettingzoos_tests_of_turns_pass_in_the_mesoscopic_model():
+    pytest.importorskip("libsumo", reason="needs the extra sumo")
+
+    def short():
+        return env("grid:1x2", "sumo-meso", horizon_s=100)
+
+    with contextlib.closing(short()) as made:
         api_test(made, num_cycles=25)
-    seed_test(lambda: short(env), num_cycles=10)
+    seed_test(short, num_cycles=10)
 
 
 def test_closing_ends_sumo_and_a_reset_begins_anew():
