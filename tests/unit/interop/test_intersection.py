@@ -11,7 +11,6 @@ from dmil import REWARDS, QueueSimulator, evaluate, make_controller, scenario, v
 from dmil.errors import InputError
 from dmil.interop import ENVIRONMENTS, ControllerPolicy, IntersectionEnv, register_environments
 
-
 CHECKED = ("dmil/Queue1x1-v0", "dmil/SumoCologne1-v0", "dmil/QueueIngolstadt1-v0")
 """Both simulators and all scenarios; each is made three times, and reset 13 times."""
 

@@ -98,15 +98,20 @@ def test_measures_under_way_are_those_of_a_run_that_ends_there(simulator, driver
     assert under_way == pytest.approx(ended, abs=0.01 * len(drivers))
 
 
-@pytest.mark.parametrize("model", ["micro", "meso"])
-def test_seconds_and_waiting_are_those_of_sumos_summary(model, cologne, drivers, tmp_path):
-    file = tmp_path / "summary.xml"
-    simulator = SumoSimulator(
-        cologne, model=model, further_options=lambda files: ["--summary-output", str(file)]
-    )
+@pytest.fixture(scope="module", params=["micro", "meso"])
+def summarised(request, cologne, drivers, tmp_path_factory):
+    """The measures of a run with emissions, and the steps of SUMO's own summary."""
+    file = tmp_path_factory.mktemp("summary") / "summary.xml"
+    summary = ["--summary-output", str(file)]
+    options = {"model": request.param, "emissions": True}
+    simulator = SumoSimulator(cologne, **options, further_options=lambda files: summary)
     measures = drive(simulator, drivers, lambda k: k // 4)
     simulator.close()
-    steps = [step.attrib for step in ElementTree.parse(file).iter("step")]
+    return measures, [step.attrib for step in ElementTree.parse(file).iter("step")]
+
+
+def test_seconds_and_waiting_are_those_of_sumos_summary(summarised):
+    measures, steps = summarised
     halting, outside, arrived = (
         np.array([int(step[name]) for step in steps]) for name in ("halting", "waiting", "arrived")
     )
@@ -170,11 +175,8 @@ def test_a_network_without_programs_refuses_them():
     simulator.close()
 
 
-@pytest.mark.parametrize("model", ["micro", "meso"])
-def test_emissions_on_request(model, cologne, drivers):
-    simulator = SumoSimulator(cologne, model=model, emissions=True)
-    measures = drive(simulator, drivers)
-    simulator.close()
+def test_emissions_on_request(summarised):
+    measures, _ = summarised
     # A litre of petrol has about 0.75 kg and makes 2.3 kg of carbon dioxide.
     assert measures.co2_g / measures.fuel_g == pytest.approx(2.3 / 0.75, rel=0.1)
     assert 20 < measures.fuel_g / measures.spawned_veh < 500
@@ -302,14 +304,13 @@ def test_many_at_once_in_worker_processes():
     assert found[0] != found[1]
 
 
-def test_two_simulators_in_turns(cologne, drivers):
-    one, two = SumoSimulator(cologne), SumoSimulator(cologne)
+def test_two_simulators_in_turns(simulator, cologne, drivers):
+    one, two = simulator, SumoSimulator(cologne)
     one.reset(drivers, 1)
     two.reset(drivers, 1)
     for k in range(30):
         phases = np.array([k % 4], np.int32)
         assert one.advance(phases).queue_veh.tolist() == two.advance(phases).queue_veh.tolist()
-    one.close()
     two.close()
 
 
