@@ -40,6 +40,13 @@ def doctor(tmp_path):
     return run
 
 
+@pytest.fixture(scope="session")
+def ingolstadt7():
+    """Seven intersections of a real town."""
+    pytest.importorskip("sumolib", reason="needs the extra sumo")
+    return read_case(["resco/ingolstadt7"])
+
+
 def of_kind(diagnosis, kind):
     """Return the findings of one kind."""
     return [each for each in diagnosis.findings if each.kind == kind]

@@ -112,9 +112,8 @@ def test_controllers_that_clear_for_less_than_the_plan_are_a_warning(with_states
     assert "--clearance" in found[0].mend
 
 
-def test_lanes_of_one_movement_that_merge_are_a_warning():
-    pytest.importorskip("sumolib", reason="needs the extra sumo")
-    diagnosis = examine(read_case(["resco/ingolstadt7"]))
+def test_lanes_of_one_movement_that_merge_are_a_warning(ingolstadt7):
+    diagnosis = examine(ingolstadt7)
     (found,) = of_kind(diagnosis, "conflicting-greens")
     assert (found.severity, found.place) == ("warning", "tlLogic gneJ210")
 

@@ -77,11 +77,9 @@ def test_an_intersection_is_described(doctor, with_states):
     assert [phase.vehicles for phase in item.phases] == [60, 60]
 
 
-def test_lanes_that_lead_nowhere_do_not_count():
-    pytest.importorskip("sumolib", reason="needs the extra sumo")
-    case = read_case(["resco/ingolstadt7"])
-    diagnosis = examine(replace(case, demand=None))
-    links = {link.id: link.lanes for link in case.network.links}
+def test_lanes_that_lead_nowhere_do_not_count(ingolstadt7):
+    diagnosis = examine(replace(ingolstadt7, demand=None))
+    links = {link.id: link.lanes for link in ingolstadt7.network.links}
     approaches = [each for item in diagnosis.intersections for each in item.approaches]
     assert all(each.lanes <= links[each.link] for each in approaches)
     assert any(each.lanes < links[each.link] for each in approaches)

@@ -26,32 +26,40 @@ def test_pettingzoos_tests_pass():
     state_test(env("grid:2x2"), parallel_env("grid:2x2"))
 
 
-@pytest.mark.parametrize("simulator", ["sumo", "sumo-meso"])
-def test_pettingzoos_tests_pass_in_sumo(simulator):
+def check_closing(made):
+    """Closing ends SUMO, and a reset begins anew."""
+    actions = {"0,0": 0, "0,1": 0}
+    made.reset(seed=0)
+    made.step(actions)
+    made.close()
+    with pytest.raises(InputError, match=r"no run is under way.*Call reset"):
+        made.step(actions)
+    made.close()
+    made.reset(seed=0)
+    assert made.step(actions)[4]["0,0"]["time_s"] == 10
+
+
+def test_parallel_environments_in_sumo_pass_pettingzoos_tests_and_begin_anew():
     pytest.importorskip("libsumo", reason="needs the extra sumo")
 
-    def short(make):
-        return make("grid:2x2", simulator, horizon_s=100)
+    def short():
+        return parallel_env("grid:1x2", "sumo", horizon_s=100)
 
-    with short(parallel_env) as made:
+    with short() as made:
         parallel_api_test(made, num_cycles=25)
-    parallel_seed_test(lambda: short(parallel_env), num_cycles=10)
-    with contextlib.closing(short(env)) as made:
-        api_test(made, num_cycles=25)
-    seed_test(lambda: short(env), num_cycles=10)
+        check_closing(made)
+    parallel_seed_test(short, num_cycles=10)
 
 
-def test_closing_ends_sumo_and_a_reset_begins_anew():
+def test_environments_of_turns_in_the_mesoscopic_model_pass_pettingzoos_tests():
     pytest.importorskip("libsumo", reason="needs the extra sumo")
-    with parallel_env("grid:1x1", "sumo") as made:
-        made.reset(seed=0)
-        made.step({"0,0": 0})
-        made.close()
-        with pytest.raises(InputError, match=r"no run is under way.*Call reset"):
-            made.step({"0,0": 0})
-        made.close()
-        made.reset(seed=0)
-        assert made.step({"0,0": 0})[4]["0,0"]["time_s"] == 10
+
+    def short():
+        return env("grid:1x2", "sumo-meso", horizon_s=100)
+
+    with contextlib.closing(short()) as made:
+        api_test(made, num_cycles=25)
+    seed_test(short, num_cycles=10)
 
 
 def test_pettingzoos_tests_pass_where_intersections_differ(mixed_scenario):

@@ -1,6 +1,7 @@
 """Every network of the sumo-rl package, the RESCO benchmark among them, reads without a table."""
 
 import xml.etree.ElementTree as ElementTree
+from functools import cache
 
 import pytest
 
@@ -13,6 +14,13 @@ FILES = sorted(nets_of_sumo_rl().rglob("*.net.xml"))
 RESCO = {path.name.removesuffix(".net.xml"): path for path in FILES if "RESCO" in path.parts}
 
 
+@cache
+def read(path, phases):
+    """Read a network once for all tests."""
+    return read_sumo_network(path, phases=phases)
+
+
+@cache
 def logics(path):
     """Controller to the states of its last program."""
     found = ElementTree.parse(path).getroot().iter("tlLogic")
@@ -30,9 +38,9 @@ def test_reads_with_one_intersection_per_controller(path, phases):
     expected = logics(path)
     if not expected:
         with pytest.raises(NetworkError, match="no traffic light"):
-            read_sumo_network(path, phases=phases)
+            read(path, phases)
         return
-    found = read_sumo_network(path, phases=phases)
+    found = read(path, phases)
     assert {node.id for node in found.network.intersections} == set(expected)
     assert [signals.id for signals in found.signals] == [
         node.id for node in found.network.intersections
@@ -42,7 +50,7 @@ def test_reads_with_one_intersection_per_controller(path, phases):
 @pytest.mark.parametrize("name", RESCO)
 def test_phases_are_the_different_greens_of_the_program(name):
     expected = logics(RESCO[name])
-    found = read_sumo_network(RESCO[name])
+    found = read(RESCO[name], "program")
     for node, signals in zip(found.network.intersections, found.signals, strict=True):
         mine = sorted({k for own in signals.links for k in own})
         states = [[s[k] for k in mine] for s in expected[node.id]]
@@ -53,7 +61,7 @@ def test_phases_are_the_different_greens_of_the_program(name):
 
 
 def test_grid_has_four_rotations_and_its_eight_phases():
-    network = read_sumo_network(RESCO["grid4x4"]).network
+    network = read(RESCO["grid4x4"], "program").network
     agents = agents_of(network)
     assert [len(group.phase_image) for group in agents.groups] == [4]
     assert {len(node.phases) for node in network.intersections} == {8}
@@ -61,10 +69,10 @@ def test_grid_has_four_rotations_and_its_eight_phases():
 
 
 def test_turns_of_real_junctions_are_plausible():
-    (cologne,) = read_sumo_network(RESCO["cologne1"]).network.intersections
+    (cologne,) = read(RESCO["cologne1"], "program").network.intersections
     every = [(side, turn) for side in range(4) for turn in TURNS]
     assert [(m.approach, m.turn) for m in cologne.movements] == every
-    (ingolstadt,) = read_sumo_network(RESCO["ingolstadt1"]).network.intersections
+    (ingolstadt,) = read(RESCO["ingolstadt1"], "program").network.intersections
     assert max(m.approach for m in ingolstadt.movements) == 2
     assert {m.turn for m in ingolstadt.movements} >= {"right", "straight", "left"}
 
@@ -72,7 +80,7 @@ def test_turns_of_real_junctions_are_plausible():
 def test_only_what_is_suspicious_is_remarked():
     # SUMO warns of the same "unsafe green phase", of two lanes that merge.
     remarks = {
-        name: [remark.kind for remark in read_sumo_network(path).remarks]
+        name: [remark.kind for remark in read(path, "program").remarks]
         for name, path in RESCO.items()
     }
     assert {name: kinds for name, kinds in remarks.items() if kinds} == {

@@ -19,12 +19,14 @@ TIMETABLE = (
     '<wautSwitch time="500" to="1"/><wautSwitch time="900" to="2"/></WAUT>'
     '<wautJunction wautID="w" junctionID="A0"/>'
 )
-ASK = """
+ANSWER = """
 import json, libsumo, sys
-libsumo.start(["sumo", *sys.argv[1:], "--no-warnings"])
-light = libsumo.trafficlight
-shown = light.getProgram("A0"), light.getPhase("A0"), light.getNextSwitch("A0")
-print("RESULT", json.dumps(shown))
+for line in sys.stdin:
+    libsumo.start(["sumo", *json.loads(line), "--no-warnings"])
+    light = libsumo.trafficlight
+    shown = light.getProgram("A0"), light.getPhase("A0"), light.getNextSwitch("A0")
+    libsumo.close()
+    print("RESULT", json.dumps(shown), flush=True)
 """
 
 
@@ -35,17 +37,27 @@ def logic(phases, program="1", attributes='type="static" offset="0"'):
 TWO = logic(OTHER) + logic(THIRD, "2")
 
 
-def shown_by_sumo(net, begin_s, *more):
-    """Ask SUMO which program and stage it shows at the beginning, and until when."""
+@pytest.fixture(scope="module")
+def shown_by_sumo():
+    """Asks SUMO which program and stage it shows at the beginning, and until when."""
     pytest.importorskip("libsumo", reason="needs the extra sumo")
-    options = ["--net-file", str(net), "--begin", str(begin_s), "--end", str(begin_s + 9999)]
-    if more:
-        options += ["--additional-files", ",".join(map(str, more))]
-    done = subprocess.run(
-        [sys.executable, "-P", "-c", ASK, *options], capture_output=True, text=True, timeout=120
-    )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout.partition("RESULT")[2])
+    command = [sys.executable, "-P", "-c", ANSWER]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen(command, **pipes) as process:
+
+        def ask(net, begin_s, *more):
+            options = ["--net-file", str(net), "--begin", str(begin_s)]
+            options += ["--end", str(begin_s + 9999)]
+            if more:
+                options += ["--additional-files", ",".join(map(str, more))]
+            process.stdin.write(json.dumps(options) + "\n")
+            process.stdin.flush()
+            for line in process.stdout:
+                if line.startswith("RESULT"):
+                    return json.loads(line.removeprefix("RESULT"))
+            raise AssertionError("SUMO ended")
+
+        yield ask
 
 
 @pytest.mark.parametrize(
@@ -62,7 +74,7 @@ def shown_by_sumo(net, begin_s, *more):
     ],
 )
 def test_the_program_of_the_beginning_is_sumos(
-    with_states, tmp_path, added, begin_s, programs, found
+    with_states, shown_by_sumo, tmp_path, added, begin_s, programs, found
 ):
     net, more = with_states(*PROGRAM), tmp_path / "tls.xml"
     more.write_text(f"<tls><group>{added}</group><e1Detector id='d' file='x'/></tls>")
@@ -101,7 +113,9 @@ def test_what_sumo_refuses_is_an_error_with_its_place(with_states, tmp_path, add
         read_sumo_network(with_states(*PROGRAM), additional=[more])
 
 
-def test_a_signal_that_is_off_keeps_its_phases_and_is_left_to_sumo(with_states, tmp_path):
+def test_a_signal_that_is_off_keeps_its_phases_and_is_left_to_sumo(
+    with_states, shown_by_sumo, tmp_path
+):
     net, more = with_states(*PROGRAM), tmp_path / "tls.xml"
     more.write_text(f"<additional>{logic('', 'off')}</additional>")
     roads = read_sumo_network(net, additional=[more])
@@ -111,7 +125,7 @@ def test_a_signal_that_is_off_keeps_its_phases_and_is_left_to_sumo(with_states, 
     assert shown_by_sumo(net, 0, more)[0] == "off"
 
 
-def test_files_that_include_others_are_read_with_them(with_states, tmp_path):
+def test_files_that_include_others_are_read_with_them(with_states, shown_by_sumo, tmp_path):
     more, inner = tmp_path / "a.xml", tmp_path / "folder" / "b.xml"
     inner.parent.mkdir()
     more.write_text('<additional><include href="folder/b.xml"/></additional>')

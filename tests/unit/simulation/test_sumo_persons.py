@@ -44,13 +44,20 @@ def scenario_of(network, text):
     return sumo_scenario(SumoConfiguration(network, (routes,)), horizon_s=HORIZON_S)
 
 
-def run(scenario, simulator, controller="program"):
-    reward, vehicles = make_reward("default"), vehicles_of_seed(scenario, 0)
+def run(simulator, controller="program"):
+    reward, vehicles = make_reward("default"), vehicles_of_seed(simulator.scenario, 0)
     return evaluate(simulator, make_controller(controller), vehicles, reward, SUMO_SEED).measures
 
 
-def test_they_wait_as_in_sumo_alone_and_vehicles_wait_for_them(network):
-    scenario = scenario_of(network, FLOW + PERSONS)
+@pytest.fixture(scope="module")
+def crowd(network):
+    """A simulator of vehicles and persons."""
+    made = SumoSimulator(scenario_of(network, FLOW + PERSONS))
+    yield made
+    made.close()
+
+
+def test_they_wait_as_in_sumo_alone_and_vehicles_wait_for_them(network, crowd):
     text = FLOW + "\n".join(line for line in PERSONS.splitlines() if "rider" not in line)
     alone = network.with_name("alone.rou.xml")
     # As one file SUMO would pass over what is not sorted, so there are two.
@@ -76,29 +83,23 @@ def test_they_wait_as_in_sumo_alone_and_vehicles_wait_for_them(network):
         if each.get("depart") != "-1"
     ]
     assert len(standing_s) == 67
-    simulator = SumoSimulator(scenario)
-    with_persons = run(scenario, simulator)
+    with_persons = run(crowd)
     assert with_persons.person_delay_s == pytest.approx(np.mean(standing_s), rel=0.05)
-    simulator.close()
     losses_s = [float(each.get("timeLoss")) for each in found.iter("tripinfo")]
     assert with_persons.time_loss_veh_s == pytest.approx(sum(losses_s), rel=0.05)
 
 
-def test_a_longer_red_is_a_longer_delay(network):
-    scenario = scenario_of(network, FLOW + PERSONS)
-    simulator = SumoSimulator(scenario)
-    delays_s = [run(scenario, simulator, name).person_delay_s for name in ("fixed-cycle", "random")]
-    simulator.close()
+def test_a_longer_red_is_a_longer_delay(crowd):
+    delays_s = [run(crowd, name).person_delay_s for name in ("fixed-cycle", "random")]
     assert min(delays_s) > 0
     assert delays_s[0] != delays_s[1]
 
 
-def test_where_nobody_walks_nothing_is_known(network):
+def test_where_nobody_walks_nothing_is_known(network, crowd):
     simulator = SumoSimulator(scenario_of(network, FLOW))
-    assert np.isnan(run(simulator.scenario, simulator).person_delay_s)
+    assert np.isnan(run(simulator).person_delay_s)
     simulator.close()
-    with_persons = scenario_of(network, FLOW + PERSONS)
-    assert np.isnan(run(with_persons, QueueSimulator(with_persons)).person_delay_s)
+    assert np.isnan(run(QueueSimulator(crowd.scenario)).person_delay_s)
 
 
 @pytest.mark.parametrize(

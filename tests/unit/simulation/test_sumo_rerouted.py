@@ -27,52 +27,45 @@ def detour():
     return sumo_scenario(files, horizon_s=1200)
 
 
-def run_of(scenario, options):
-    simulator = SumoSimulator(scenario, further_options=lambda files: options)
-    vehicles = vehicles_of_seed(scenario, 0)
-    try:
-        result = evaluate(
-            simulator, make_controller("max-pressure"), vehicles, make_reward("default"), 0
-        )
-    finally:
-        simulator.close()
-    return result.measures
+@pytest.fixture(scope="module")
+def rerouting(detour):
+    """A simulator where everybody looks for another way."""
+    made = SumoSimulator(detour, further_options=lambda files: EVERYBODY)
+    yield made
+    made.close()
 
 
-def test_a_controller_sees_those_that_reroute(detour):
-    measures = run_of(detour, EVERYBODY)
+def test_a_controller_sees_those_that_reroute(detour, rerouting):
+    controller, vehicles = make_controller("max-pressure"), vehicles_of_seed(detour, 0)
+    measures = evaluate(rerouting, controller, vehicles, make_reward("default"), 0).measures
     assert (measures.spawned_veh, measures.arrived_veh) == (270, 270)
     assert measures.time_loss_veh_s / 270 < 20  # blind to them: 563 s, 63 arrive
     assert measures.visits == 270  # one signal on either way
 
 
-def test_queues_stand_where_sumo_has_them(detour):
+def test_queues_stand_where_sumo_has_them(detour, rerouting):
     at = {item.id: i for i, item in enumerate(detour.network.intersections)}
-    queues = {}
-    for options in ([], EVERYBODY):
-        simulator = SumoSimulator(detour, further_options=lambda files, chosen=options: chosen)
+    by_file = SumoSimulator(detour)
+
+    def longest(simulator):
         phases = np.zeros(len(at), np.int32)
         simulator.reset(vehicles_of_seed(detour, 0))
         seen = [simulator.advance(phases) for _ in range(40)]
-        simulator.close()
-        queues[len(options)] = [
-            max(each.queue_veh[at[node]].sum() for each in seen) for node in "BD"
-        ]
-    assert queues[0] != queues[2]
-    (by_file_b, by_file_d), (b, d) = queues[0], queues[2]
+        return [max(each.queue_veh[at[node]].sum() for each in seen) for node in "BD"]
+
+    (by_file_b, by_file_d), (b, d) = longest(by_file), longest(rerouting)
+    by_file.close()
     assert b > by_file_b
     assert d < by_file_d
 
 
-def test_the_next_run_begins_with_the_routes_of_the_file(detour):
-    simulator = SumoSimulator(detour, further_options=lambda files: EVERYBODY)
+def test_the_next_run_begins_with_the_routes_of_the_file(detour, rerouting):
     vehicles = vehicles_of_seed(detour, 0)
     phases = np.zeros(len(detour.network.intersections), np.int32)
     runs = []
     for _ in range(2):
-        first = simulator.reset(vehicles)
-        runs.append([first, *(simulator.advance(phases) for _ in range(20))])
-    simulator.close()
+        first = rerouting.reset(vehicles)
+        runs.append([first, *(rerouting.advance(phases) for _ in range(20))])
     for before, after in zip(*runs, strict=True):
         assert np.array_equal(before.queue_veh, after.queue_veh)
         assert np.array_equal(before.approaching_veh, after.approaching_veh)

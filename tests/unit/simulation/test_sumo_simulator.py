@@ -39,11 +39,18 @@ def drivers(cologne):
     return vehicles_of_seed(cologne, 0)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def simulator(cologne):
+    """One for several tests: every run begins with a reset, which leaves nothing of the last."""
     made = SumoSimulator(cologne)
     yield made
     made.close()
+
+
+@pytest.fixture(scope="module")
+def known(simulator, drivers):
+    """The measures of a run with seed 1."""
+    return drive(simulator, drivers)
 
 
 def drive(simulator, drivers, choose=lambda k: k // 2, seed=1):
@@ -66,15 +73,14 @@ def total(measures):
     }
 
 
-@pytest.mark.parametrize("model", ["micro", "meso"])
-@pytest.mark.parametrize("name", ["grid:1x1", "resco/cologne1"])
+@pytest.mark.parametrize(("name", "model"), [("grid:1x1", "meso"), ("resco/cologne1", "micro")])
 def test_it_conforms(name, model):
-    made = scenario(name, horizon_s=300)
+    made = scenario(name, horizon_s=200)
     check_simulator(lambda: SumoSimulator(made, model=model))
 
 
-def test_the_seed_decides_how_drivers_differ(simulator, drivers):
-    first, again, other = (total(drive(simulator, drivers, seed=seed)) for seed in (1, 1, 2))
+def test_the_seed_decides_how_drivers_differ(simulator, drivers, known):
+    first, again, other = total(known), *(total(drive(simulator, drivers, seed=k)) for k in (1, 2))
     assert first == again
     assert first != other
     assert first["spawned_veh"] == other["spawned_veh"] > 100
@@ -92,15 +98,20 @@ def test_measures_under_way_are_those_of_a_run_that_ends_there(simulator, driver
     assert under_way == pytest.approx(ended, abs=0.01 * len(drivers))
 
 
-@pytest.mark.parametrize("model", ["micro", "meso"])
-def test_seconds_and_waiting_are_those_of_sumos_summary(model, cologne, drivers, tmp_path):
-    file = tmp_path / "summary.xml"
-    simulator = SumoSimulator(
-        cologne, model=model, further_options=lambda files: ["--summary-output", str(file)]
-    )
+@pytest.fixture(scope="module", params=["micro", "meso"])
+def summarised(request, cologne, drivers, tmp_path_factory):
+    """The measures of a run with emissions, and the steps of SUMO's own summary."""
+    file = tmp_path_factory.mktemp("summary") / "summary.xml"
+    summary = ["--summary-output", str(file)]
+    options = {"model": request.param, "emissions": True}
+    simulator = SumoSimulator(cologne, **options, further_options=lambda files: summary)
     measures = drive(simulator, drivers, lambda k: k // 4)
     simulator.close()
-    steps = [step.attrib for step in ElementTree.parse(file).iter("step")]
+    return measures, [step.attrib for step in ElementTree.parse(file).iter("step")]
+
+
+def test_seconds_and_waiting_are_those_of_sumos_summary(summarised):
+    measures, steps = summarised
     halting, outside, arrived = (
         np.array([int(step[name]) for step in steps]) for name in ("halting", "waiting", "arrived")
     )
@@ -140,41 +151,39 @@ def test_the_own_program_is_what_sumo_does_by_itself(simulator, drivers, cologne
 def test_actuated_control_and_phases_at_the_same_time():
     three = scenario("resco/cologne3", horizon_s=200)
     simulator = SumoSimulator(three)
-    simulator.reset(vehicles_of_seed(three, 0))
+    drivers = vehicles_of_seed(three, 0)
+    simulator.reset(drivers)
     for _ in range(20):
         observation = simulator.advance(np.array([ACTUATED, 0, PROGRAM], np.int32))
     assert observation.phase.tolist() == [-1, 0, -1]
     mixed = total(simulator.measures())
-    drivers = vehicles_of_seed(three, 0)
-    assert mixed != total(drive(simulator, drivers, lambda k: PROGRAM, seed=0))
-    assert total(drive(simulator, drivers, lambda k: ACTUATED)) != total(
-        drive(simulator, drivers, lambda k: PROGRAM)
+    program, actuated = (
+        total(drive(simulator, drivers, lambda k, kind=kind: kind, seed=0))
+        for kind in (PROGRAM, ACTUATED)
     )
+    assert mixed != program != actuated
     simulator.close()
 
 
-@pytest.mark.parametrize("wanted", [PROGRAM, ACTUATED])
-def test_a_network_without_programs_refuses_them(wanted):
+def test_a_network_without_programs_refuses_them():
     grid = scenario("grid:1x1", horizon_s=100)
     simulator = SumoSimulator(grid)
     simulator.reset(vehicles_of_seed(grid, 0))
-    with pytest.raises(InputError, match="no program"):
-        simulator.advance(np.array([wanted], np.int32))
+    for wanted in (PROGRAM, ACTUATED):
+        with pytest.raises(InputError, match="no program"):
+            simulator.advance(np.array([wanted], np.int32))
     simulator.close()
 
 
-@pytest.mark.parametrize("model", ["micro", "meso"])
-def test_emissions_on_request(model, cologne, drivers):
-    simulator = SumoSimulator(cologne, model=model, emissions=True)
-    measures = drive(simulator, drivers)
-    simulator.close()
+def test_emissions_on_request(summarised):
+    measures, _ = summarised
     # A litre of petrol has about 0.75 kg and makes 2.3 kg of carbon dioxide.
     assert measures.co2_g / measures.fuel_g == pytest.approx(2.3 / 0.75, rel=0.1)
     assert 20 < measures.fuel_g / measures.spawned_veh < 500
 
 
-def test_without_request_there_are_no_emissions(simulator, drivers):
-    assert np.isnan(drive(simulator, drivers).co2_g)
+def test_without_request_there_are_no_emissions(known):
+    assert np.isnan(known.co2_g)
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="needs Linux's /proc")
@@ -188,12 +197,11 @@ def test_a_death_of_the_run_alone_is_an_error_too(simulator, drivers):
     assert drive(simulator, drivers).arrived_veh > 0
 
 
-def test_runs_do_not_depend_on_what_ran_before(simulator, drivers):
-    first = total(drive(simulator, drivers))
+def test_runs_do_not_depend_on_what_ran_before(simulator, drivers, known):
     for seed in range(3):
         simulator.reset(drivers, seed)
         simulator.advance(np.array([seed]))
-    assert total(drive(simulator, drivers)) == first
+    assert total(drive(simulator, drivers)) == total(known)
 
 
 def test_a_death_is_an_error_and_the_next_reset_lives(simulator, drivers):
@@ -222,7 +230,8 @@ def test_sumo_says_which_network_it_refuses(cologne, drivers, tmp_path):
         simulator.reset(drivers)
 
 
-def test_before_a_reset_nothing_runs(simulator):
+def test_before_a_reset_nothing_runs(cologne):
+    simulator = SumoSimulator(cologne)
     for call in (simulator.measures, lambda: simulator.advance(np.array([0], np.int32))):
         with pytest.raises(InputError, match="no run is under way"):
             call()
@@ -295,14 +304,13 @@ def test_many_at_once_in_worker_processes():
     assert found[0] != found[1]
 
 
-def test_two_simulators_in_turns(cologne, drivers):
-    one, two = SumoSimulator(cologne), SumoSimulator(cologne)
+def test_two_simulators_in_turns(simulator, cologne, drivers):
+    one, two = simulator, SumoSimulator(cologne)
     one.reset(drivers, 1)
     two.reset(drivers, 1)
     for k in range(30):
         phases = np.array([k % 4], np.int32)
         assert one.advance(phases).queue_veh.tolist() == two.advance(phases).queue_veh.tolist()
-    one.close()
     two.close()
 
 
