@@ -158,9 +158,10 @@ class TypedOnce:
 
     def __call__(self, *arguments: Any) -> Any:
         """Run it."""
-        if self._entry is None:
-            self._entry = self._kernel.compiled_for(arguments)
-        return self._entry(*arguments)
+        entry = self._entry
+        if entry is None:
+            entry = self._entry = self._kernel.compiled_for(arguments)
+        return entry(*arguments)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Leave the machine code to this process."""

@@ -199,7 +199,7 @@ class QueueSimulator:
     def _unseen(self) -> tuple[IntArray, IntArray, FloatArray]:
         """Return arrays for what controllers see; see `observe`."""
         counts, shown, waiting_veh = self._shapes
-        return np.empty(counts, np.int32), np.empty(shown, np.int32), np.empty(waiting_veh)
+        return np.empty(counts, INT32), np.empty(shown, INT32), np.empty(waiting_veh)
 
     def _observe(self, counts: IntArray, shown: IntArray, waiting_veh: FloatArray) -> Observation:
         return Observation(counts[0], counts[1], shown[0], shown[1], self._time_s, waiting_veh)
