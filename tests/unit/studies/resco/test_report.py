@@ -14,7 +14,7 @@ from dmil.studies.resco.charts import contender_colours, contender_marks
 from dmil.studies.resco.figures import figures_of_network, figures_of_study
 from dmil.studies.resco.tables import resco_tables
 from tests.unit.made_up_resco import CONTENDERS, QUEUE, SUMO
-from tests.unit.studies.paper.test_report import LIMIT_BYTES, _Page
+from tests.unit.studies.paper.test_report import LIMIT_BYTES, _Page, specifications
 from tests.unit.vega_lite import check_valid
 
 STUDY_FIGURES = {"delays", "simulators", "rank_agreement", "memory"}
@@ -28,19 +28,20 @@ def study(make_resco_study):
 
 
 @pytest.fixture(scope="module")
-def report(study):
-    return write_report(study)
+def tables(study):
+    with Results(study) as results:
+        return resco_tables(results)
 
 
 @pytest.fixture(scope="module")
-def figures(study):
-    return figures_of(study)
+def report(study, tables):
+    return write_report(study, tables=tables)
 
 
-def figures_of(folder):
-    with Results(folder) as results:
-        tables = resco_tables(results)
-        found = list(figures_of_study(tables))
+@pytest.fixture(scope="module")
+def figures(study, tables):
+    found = list(figures_of_study(tables))
+    with Results(study) as results:
         for scenario in tables.judged.scenarios:
             found += figures_of_network(results, tables, scenario)
     return found
@@ -48,14 +49,6 @@ def figures_of(folder):
 
 def text_of(path):
     return " ".join(" ".join(_Page(path.read_text()).text).split())
-
-
-def specifications(text):
-    """Return the specifications in a page by name."""
-    found = re.findall(
-        r'^(?:const specifications = { )?"(\w+)": ({.*}),$', text, re.MULTILINE
-    )
-    return {name: json.loads(spec.replace("<\\/", "</")) for name, spec in found}
 
 
 def test_there_is_a_page_for_the_study_and_one_for_each_network(report):
@@ -99,9 +92,8 @@ def test_the_main_page_says_what_was_measured_and_published(report):
     assert "Ault and Sharon" in text and "dmil study resco" in text
 
 
-def test_the_best_are_marked_by_their_intervals(study, report):
-    with Results(study) as results:
-        marked = resco_tables(results).headline["among_best"].sum()
+def test_the_best_are_marked_by_their_intervals(tables, report):
+    marked = tables.headline["among_best"].sum()
     cells = re.findall(r'<td class="r best">', report.read_text())
     assert len(cells) == marked >= 2
 
