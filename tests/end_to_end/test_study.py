@@ -158,7 +158,7 @@ def test_an_interrupted_study_goes_on_where_it_was(sent, dmil, tmp_path, uninter
     assert not (folder / "runs.parquet").exists()
     assert not (folder / "in-use").exists()
 
-    done = dmil(*MANY, "--jobs", 1, "--out", folder)
+    done = dmil(*MANY, "--jobs", 2, "--out", folder)
     assert "blocks are there already" in done.err
     assert tables(folder) == uninterrupted
 
@@ -166,7 +166,7 @@ def test_an_interrupted_study_goes_on_where_it_was(sent, dmil, tmp_path, uninter
 @pytest.fixture(scope="module")
 def uninterrupted(dmil, tmp_path_factory):
     folder = tmp_path_factory.mktemp("studies") / "whole"
-    dmil(*MANY, "--jobs", 1, "--out", folder)
+    dmil(*MANY, "--out", folder)
     return tables(folder)
 
 
