@@ -88,7 +88,7 @@ def test_a_killed_study_goes_on_where_it_was(ran, dmil, tmp_path):
         time.sleep(0.05)
     os.killpg(running.pid, signal.SIGKILL)
     running.communicate(timeout=300)
-    dmil(*TINY, "--jobs", 2, "--no-report", "--out", folder)
+    dmil(*TINY, "--jobs", 1, "--no-report", "--out", folder)
     assert tables(folder) == tables(ran[0])
 
 

@@ -80,7 +80,7 @@ def test_an_interrupted_study_goes_on_where_it_was(study, dmil, tmp_path):
     if running.returncode:  # it may have been quicker than the signal
         assert "repeat the command to continue" in said
         assert "Traceback" not in said
-    dmil(*TINY, "--jobs", 2, "--out", folder)
+    dmil(*TINY, "--jobs", 1, "--out", folder)
     assert tables(folder) == tables(study)
 
 

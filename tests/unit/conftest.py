@@ -6,8 +6,10 @@ import numpy as np
 import polars as pl
 import pytest
 
-from dmil.results import RUNS_SCHEMA, SERIES_SCHEMA, write_manifest, write_results
+from dmil.results import RUNS_SCHEMA, SERIES_SCHEMA, Results, write_manifest, write_results
 from dmil.seeding import stream
+from dmil.studies.memories.tables import memories_tables
+from tests.unit.made_up_memories import write_made_up_study
 from tests.unit.made_up_resco import write_resco_study
 
 WAIT = {"default": 0.2, "entropy": 0.1, "diffusion": 0.1, None: 1.0}
@@ -188,3 +190,16 @@ def make_resco_study(tmp_path_factory):
         return write_resco_study(tmp_path_factory.mktemp("made-up-resco") / name, **options)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def memories_study(tmp_path_factory):
+    """The folder of the whole made-up study of memories, which no test changes."""
+    return write_made_up_study(tmp_path_factory.mktemp("memories") / "study")
+
+
+@pytest.fixture(scope="session")
+def made_up_memories(memories_study):
+    """The tables of the whole made-up study of memories."""
+    with Results(memories_study) as results:
+        return memories_tables(results)

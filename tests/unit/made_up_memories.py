@@ -63,14 +63,16 @@ TUNING = {
 }
 
 
-def write_made_up_study(folder: Path, *, seeds: int = 6) -> Path:
+def write_made_up_study(
+    folder: Path, *, seeds: int = 6, cells=CELLS, controllers=tuple(CONTROLLERS)
+) -> Path:
     """Write the study, in which one run of VDN diverged, and return its folder."""
     tables: dict[str, list[dict]] = {name: [] for name in TABLES}
-    for where, (scenario, load) in enumerate(CELLS):
+    for where, (scenario, load) in enumerate(cells):
         for seed in range(seeds):
             rng = np.random.default_rng([where, seed])
             base = 10.0 * (1 + where % 4) * rng.uniform(0.9, 1.1)
-            for controller, numbers in CONTROLLERS.items():
+            for controller in controllers:
                 if controller == "foresight" and not scenario.startswith("grid:1x1"):
                     continue
                 key = {
@@ -80,15 +82,15 @@ def write_made_up_study(folder: Path, *, seeds: int = 6) -> Path:
                     "seed": seed,
                     "controller": controller,
                     "communication": False,
-                    "reward": None if numbers[2] is None else "queue",
+                    "reward": None if CONTROLLERS[controller][2] is None else "queue",
                     "simulator": "queue",
                 }
-                _run(tables, key, numbers, base, rng)
+                _run(tables, key, CONTROLLERS[controller], base, rng)
     write_results(
         folder, *(pl.DataFrame(tables[name], each.schema) for name, each in TABLES.items())
     )
     configuration = {
-        "controllers": list(CONTROLLERS),
+        "controllers": list(controllers),
         "ablations": list(ABLATIONS),
         "episodes": EPISODES,
         "tuned": {"mfec": {"neighbours": 7}},

@@ -39,11 +39,7 @@ class DrawingProcesses:
 
     def __enter__(self) -> DrawingProcesses:
         self._folder = tempfile.TemporaryDirectory(prefix="dmil-figures-")
-        command = [sys.executable, "-P", "-m", __name__, self._folder.name]
-        self._workers = [
-            subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-            for _ in range(PROCESSES)
-        ]
+        self._workers: list[subprocess.Popen[str]] = []
         self._names: list[str] = []
         return self
 
@@ -56,6 +52,11 @@ class DrawingProcesses:
     def draw(self, name: str, spec: dict[str, Any]) -> None:
         """Begin to draw a specification."""
         Path(self._folder.name, f"{name}.json").write_text(json.dumps(spec), encoding="utf-8")
+        if len(self._workers) < PROCESSES:
+            command = [sys.executable, "-P", "-m", __name__, self._folder.name]
+            self._workers.append(
+                subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            )
         worker = self._workers[len(self._names) % PROCESSES]
         self._names.append(name)
         assert worker.stdin is not None, "it was opened with a pipe"

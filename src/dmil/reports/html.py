@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from typing import Any
 
 import jinja2
@@ -16,6 +17,7 @@ from dmil.results import Results
 from dmil.version import __version__
 
 
+@cache
 def environment(package: str | None = None) -> jinja2.Environment:
     """Return the templates that all pages use, and those of a package, beside its modules."""
     loaders = [jinja2.PackageLoader("dmil.reports")]

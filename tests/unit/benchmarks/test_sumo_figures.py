@@ -17,7 +17,7 @@ from dmil.training import vehicles_of_seed
     not all(map(importlib.util.find_spec, bench.SUMO_PACKAGES)), reason="needs the extra sumo"
 )
 def test_the_figures_beside_sumo():
-    figures = {figure.name: figure for figure in sumo_figures(horizon_s=60, rounds=2)}
+    figures = {figure.name: figure for figure in sumo_figures(horizon_s=20, rounds=2)}
     assert len(figures) == 10
     assert all(figure.value > 0 for figure in figures.values())
     compared = [figure for figure in figures.values() if figure.against]

@@ -6,7 +6,7 @@ import importlib.util
 import pytest
 
 NAME = "resco/cologne1"
-SHORT = ("--scenario", NAME, "--steps", "600")
+SHORT = ("--scenario", NAME, "--steps", "400")
 
 with_sumo = pytest.mark.skipif(
     importlib.util.find_spec("libsumo") is None or importlib.util.find_spec("sumo_rl") is None,
@@ -45,8 +45,8 @@ def test_a_controller_is_exported_and_compared(dmil, tmp_path):
     assert 'programID="dmil" offset="0"' in programs
     rows = list(csv.DictReader((tmp_path / "signals.csv").read_text().splitlines()))
     assert (rows[0]["time_s"], rows[0]["from_phase"]) == ("0", "")
-    found = dmil.json("export", *SHORT, "--out", tmp_path, "--plans", "300")
-    assert [plan["since_s"] for plan in found["plans"]] == [0, 300]
+    found = dmil.json("export", *SHORT, "--out", tmp_path, "--plans", "200")
+    assert [plan["since_s"] for plan in found["plans"]] == [0, 200]
     assert (tmp_path / "programs.add.xml").read_text().count("<tlLogic") == 2
     delays = {label: each["delay_s"] for label, each in found["in_sumo"].items()}
     assert list(delays) == ["max-pressure", "its fixed-time plan", "the network's program"]

@@ -7,8 +7,6 @@ from rich.console import Console
 
 from dmil.cli.study import MemoriesParameters
 from dmil.cli.terminal import print_json
-from dmil.results import Results
-from dmil.studies.memories.tables import memories_tables
 from dmil.studies.memories.terminal import (
     as_json,
     cells_table,
@@ -16,14 +14,12 @@ from dmil.studies.memories.terminal import (
     standing_table,
     subjects,
 )
-from tests.unit.made_up_memories import CONTROLLERS, write_made_up_study
+from tests.unit.made_up_memories import CONTROLLERS
 
 
-@pytest.fixture(scope="module")
-def tables(tmp_path_factory):
-    folder = write_made_up_study(tmp_path_factory.mktemp("memories") / "study")
-    with Results(folder) as results:
-        return memories_tables(results)
+@pytest.fixture
+def tables(made_up_memories):
+    return made_up_memories
 
 
 def printed(*parts):

@@ -15,7 +15,7 @@ from tests.unit.made_up_resco import CONTENDERS, SUMO
 
 @pytest.fixture(scope="module")
 def tables(make_resco_study):
-    with Results(make_resco_study(scenarios=tuple(RESCO))) as results:
+    with Results(make_resco_study(scenarios=tuple(RESCO), seeds=3)) as results:
         return resco_tables(results)
 
 
@@ -46,7 +46,7 @@ def test_a_mean_stands_above_its_interval_and_what_was_published(tables):
 
 
 def test_few_networks_have_their_full_names(make_resco_study):
-    with Results(make_resco_study(seeds=1)) as results:
+    with Results(make_resco_study(seeds=1, contenders=CONTENDERS[:7])) as results:
         lines = printed(resco_table(resco_tables(results)))
     assert "ingolstadt21" in lines[1] and "1 seed" in lines[0]
     assert not any("±" in line or "*" in line for line in lines if "Mean" not in line)
@@ -75,7 +75,7 @@ def test_json_holds_all_tables(tables, capsys):
 
 
 def test_the_command_report_writes_the_pages_of_the_networks(dmil, make_resco_study):
-    folder = make_resco_study(scenarios=("resco/cologne1",), seeds=2)
+    folder = make_resco_study(scenarios=("resco/cologne1",), seeds=2, contenders=CONTENDERS[3:7])
     found = dmil.json("report", folder, "--no-pictures")
     assert found["report"] == str(folder / "report.html")
     assert found["scenarios"] == [str(folder / "scenarios" / "cologne1.html")]

@@ -11,12 +11,10 @@ from dmil.reports.labels import colours_by_label
 from dmil.reports.marks import ticks
 from dmil.reports.sheet import label_places
 from dmil.reports.theme import DARK_BACKGROUND
-from dmil.results import Results
 from dmil.studies.memories.figures import DARK, figures_of_study
 from dmil.studies.memories.names import dashes, palette
-from dmil.studies.memories.tables import memories_tables
 from dmil.studies.report import write_report
-from tests.unit.made_up_memories import CONTROLLERS, write_made_up_study
+from tests.unit.made_up_memories import CELLS, CONTROLLERS, write_made_up_study
 from tests.unit.studies.paper.test_report import LIMIT_BYTES, _Page
 from tests.unit.vega_lite import check_valid
 
@@ -27,19 +25,13 @@ FIGURES = {
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory):
-    return write_made_up_study(tmp_path_factory.mktemp("memories") / "study")
+def report(memories_study, made_up_memories):
+    return write_report(memories_study, pictures=False, tables=made_up_memories)
 
 
 @pytest.fixture(scope="module")
-def report(study):
-    return write_report(study, pictures=False)
-
-
-@pytest.fixture(scope="module")
-def figures(study):
-    with Results(study) as results:
-        return {figure.name: figure for figure in figures_of_study(memories_tables(results))}
+def figures(made_up_memories):
+    return {figure.name: figure for figure in figures_of_study(made_up_memories)}
 
 
 def text_of(path):
@@ -73,9 +65,8 @@ def test_every_figure_is_valid_and_has_its_place(figures, report):
         assert (embedded(figure.spec) in text) == shown
 
 
-def test_there_is_a_section_for_every_claim_with_its_verdict(report, study):
-    with Results(study) as results:
-        claims = memories_tables(results).claims
+def test_there_is_a_section_for_every_claim_with_its_verdict(report, made_up_memories):
+    claims = made_up_memories.claims
     page = report.read_text()
     text = text_of(report)
     for row in claims.iter_rows(named=True):
@@ -93,11 +84,8 @@ def test_what_failed_and_what_was_tuned_is_said(report):
 
 
 def test_cities_that_are_missing_are_named_with_what_to_do(tmp_path):
-    import polars as pl
-
-    folder = write_made_up_study(tmp_path / "grids", seeds=1)
-    runs = pl.read_parquet(folder / "runs.parquet")
-    runs.filter(~pl.col("scenario").str.starts_with("city")).write_parquet(folder / "runs.parquet")
+    cells = [cell for cell in CELLS if not cell[0].startswith("city")]
+    folder = write_made_up_study(tmp_path / "grids", seeds=1, cells=cells)
     text = text_of(write_report(folder, pictures=False))
     assert "Recorded cities (Jinan, Hangzhou) were left out" in text
     assert "--data DIR" in text and "DMIL_DATA" in text
@@ -131,9 +119,9 @@ def test_a_table_for_the_readme_has_a_row_for_every_cell(report):
     assert latex.count(r"\\") == 14 and "%" not in latex.split("\n", 1)[1].replace(r"\%", "")
 
 
-def test_another_preset_is_refused(study):
+def test_another_preset_is_refused(memories_study):
     with pytest.raises(UnknownNameError, match="memories"):
-        write_report(study, preset="literal", pictures=False)
+        write_report(memories_study, preset="literal", pictures=False)
 
 
 def test_options_change_dashes_and_only_shades_of_the_catalogue_change_colours():

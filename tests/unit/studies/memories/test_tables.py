@@ -19,16 +19,12 @@ from tests.unit.made_up_memories import (
     write_made_up_study,
 )
 
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    return write_made_up_study(tmp_path_factory.mktemp("memories") / "study")
+FEW = ("longest-queue-first", "max-pressure", "foresight", "factored", "lookahead")
 
 
-@pytest.fixture(scope="module")
-def tables(folder):
-    with Results(folder) as results:
-        return memories_tables(results)
+@pytest.fixture
+def tables(made_up_memories):
+    return made_up_memories
 
 
 def row_of(table, **values):
@@ -168,8 +164,8 @@ def test_bars_are_judged_by_their_rules(tables):
         (0.9, {"fifteen-percent": False, "below-max-pressure": True}),
     ],
 )
-def test_bars_that_are_not_met_are_called_so(folder, tmp_path, change, expected):
-    made = write_made_up_study(tmp_path / "other")
+def test_bars_that_are_not_met_are_called_so(tmp_path, change, expected):
+    made = write_made_up_study(tmp_path / "other", controllers=FEW)
     runs = pl.read_parquet(made / "runs.parquet")
     wait = pl.col("wait_per_spawned_s")
     base = (
@@ -186,7 +182,7 @@ def test_bars_that_are_not_met_are_called_so(folder, tmp_path, change, expected)
 
 
 def test_cells_that_were_not_run_leave_a_bar_open(tmp_path):
-    made = write_made_up_study(tmp_path / "part")
+    made = write_made_up_study(tmp_path / "part", controllers=FEW)
     runs = pl.read_parquet(made / "runs.parquet")
     runs.filter(~pl.col("scenario").str.starts_with("cityflow")).write_parquet(
         made / "runs.parquet"
@@ -207,7 +203,7 @@ def test_too_few_seeds_give_no_verdict(tmp_path):
 
 
 def test_a_study_without_a_successful_run_says_so(tmp_path):
-    made = write_made_up_study(tmp_path / "none", seeds=1)
+    made = write_made_up_study(tmp_path / "none", seeds=1, controllers=FEW)
     runs = pl.read_parquet(made / "runs.parquet").with_columns(status=pl.lit("no road"))
     runs.write_parquet(made / "runs.parquet")
     with Results(made) as results, pytest.raises(InputError, match=r"no successful run.*no road"):
