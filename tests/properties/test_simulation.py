@@ -88,7 +88,8 @@ class Drive:
             wanted[:] = self.rng.integers(0, self.layout.signals.phase_count)
         size = wanted.size, self.state.queue_veh.shape[1]
         seen = np.empty((2, *size), np.int32), np.empty((2, wanted.size), np.int32), np.empty(size)
-        self.advance(self.layout, self.trips, self.state, wanted, 1, rules, *seen)
+        arrays, lowest = (self.layout, self.trips, self.state), np.full(wanted.size, -1, np.int32)
+        assert self.advance(*arrays, wanted, lowest, 1, rules, *seen)
         return wanted
 
 

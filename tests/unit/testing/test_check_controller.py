@@ -17,7 +17,6 @@ from dmil.testing.proving_grounds import proving_grounds
 LEARNERS = ("sarsa", "dual-memory")
 EMBEDDINGS = ("exact", "simple", "complex", "cells")
 
-
 # The grounds of the check have no programs, and more than the one intersection that oracles plan.
 ORACLES = sorted(name for name, entry in CONTROLLERS.items() if entry.oracle)
 # The smaller their networks, the sooner they learn.
