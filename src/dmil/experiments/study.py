@@ -46,8 +46,14 @@ class Study(Protocol[Trial]):
     """What a study is: all its trials, and how one of them is run.
 
     A trial is what is kept as a whole: one run, or several that share their demand or training. It
-    is a data class whose fields are columns of the table of runs, and tell trials apart. Results
-    say the study's name.
+    is a data class whose fields are columns of the table of runs, and tell trials apart.
+
+    Attributes
+    ----------
+    name: str
+        What its results say they are of.
+    settings: pydantic.BaseModel
+        Every number of it.
     """
 
     name: ClassVar[str]

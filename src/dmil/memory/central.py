@@ -185,9 +185,16 @@ def cut_to_cap(
 def keep_most_frequent(
     table: BestTable, admission: Admission, classes: Classes, members: IntArray, scratch: Scratch
 ) -> None:
-    """Cut what all members have, the same, down to the cap; see `cut_to_cap` (ours).
+    """Cut what all members have in common down to the cap (ours).
 
     Each member goes on counting for itself.
+
+    Parameters
+    ----------
+    table
+        Memories of all agents, those of the members equal; changed in place.
+    admission, classes, members, scratch
+        See `cut_to_cap`.
     """
     first = members[0]
     shape = classes.shape[first]

@@ -193,7 +193,13 @@ class Tuned(BaseModel):
         return self.trials[trial].mean if self.trials else None
 
     def difference(self, *, relative: bool) -> Estimate:
-        """Return leader minus defaults on the check's seeds, as a part of these if relative."""
+        """Return leader minus defaults on the check's seeds, with its paired interval.
+
+        Parameters
+        ----------
+        relative
+            As a part of the defaults' mean.
+        """
         rng = stream(0, "bootstrap", "tuning")
         leader, usual = (self.check(trial)[:, None] for trial in (self.leader, 0))
         return paired_difference(leader, usual, rng, relative=relative)

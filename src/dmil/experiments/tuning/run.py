@@ -50,9 +50,18 @@ def tune(
     """Tune a controller and keep all that was run in a file; what a file holds is not run again.
 
     The best of the search is best on the seeds it was chosen with, so it meets the defaults once
-    more on further tuning seeds, and is chosen only if it is better there, too. What is tuned, and
-    how, comes from `planned_tuning`; results are the same with every executor. ``progress`` is
-    called with the number of runs done and of those that may be.
+    more on further tuning seeds, and is chosen only if it is better there, too.
+
+    Parameters
+    ----------
+    about
+        What is tuned, and how, see `planned_tuning`.
+    path
+        The file.
+    executor
+        Where runs happen; the same results with every one.
+    progress
+        Called with the number of runs done and of those that may be.
 
     Raises
     ------
@@ -71,7 +80,13 @@ def tune(
 
 
 def check_tuning(about: Tuned, path: Path) -> None:
-    """Check that a tuning can go into a file; an `OutputError` if that holds another one."""
+    """Check that a tuning can go into a file.
+
+    Raises
+    ------
+    OutputError
+        The file holds another tuning, or there can be none.
+    """
     _Ledger(about, path)
 
 
@@ -153,8 +168,16 @@ def planned_tuning(
 ) -> Tuned:
     """Return what a tuning is, before anything has run; all that can be wrong with it shows here.
 
-    The variant's options are fixed; for the others see `dmil.simulation.make_simulator` and
-    `dmil.rewards.make_reward`.
+    Parameters
+    ----------
+    recipe
+        Where.
+    variant
+        Who; its options are fixed.
+    settings
+        How much, and what for.
+    simulator, reward, reward_constants
+        See `dmil.simulation.make_simulator` and `dmil.rewards.make_reward`.
 
     Raises
     ------

@@ -67,9 +67,14 @@ NOT_TUNED = {
 
 
 def search_space(controller: str, fixed: Mapping[str, object] | None = None) -> Space:
-    """Return the options of a controller that are tuned, less the fixed ones, with their values.
+    """Return the options of a controller that are tuned, with their values.
 
-    One of the user's own, given by import path, has no space.
+    Parameters
+    ----------
+    controller
+        Its name; one of the user's own, given by import path, has no space.
+    fixed
+        Options that are set and hence not tuned.
     """
     entry = CONTROLLERS.get(controller)
     if entry is None or entry.settings is None:

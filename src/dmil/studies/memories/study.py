@@ -55,7 +55,13 @@ WINDOW_S = 900
 
 @dataclass(frozen=True)
 class MemoriesStudy:
-    """The study of memories, as `dmil.experiments.study.run_study` runs it (ours)."""
+    """The study of memories, as `dmil.experiments.study.run_study` runs it (ours).
+
+    Parameters
+    ----------
+    settings
+        What to run.
+    """
 
     settings: MemoriesStudySettings
     name: ClassVar[str] = "memories"

@@ -174,12 +174,24 @@ class PaperStudySettings(BaseModel):
         return self
 
     def preset(self, name: str) -> Preset:
-        """Return one of `PRESETS` with what stands in place of its values in this study (ours)."""
+        """Return a preset with what stands in place of its values in this study (ours).
+
+        Parameters
+        ----------
+        name
+            One of `PRESETS`.
+        """
         given = {field: getattr(self, field) for field in Preset.model_fields}
         changes = {field: value for field, value in given.items() if value is not None}
         return PRESETS[name].model_copy(update=changes)
 
     def recipe(self, scenario: str) -> ScenarioRecipe:
-        """Return what a scenario of the study, such as grid:5x5, is made from (ours)."""
+        """Return what a scenario of the study is made from (ours).
+
+        Parameters
+        ----------
+        scenario
+            Its name, such as grid:5x5.
+        """
         names = ("horizon_s", "load", "ties", "timing", "dynamics", "demand", "grid")
         return ScenarioRecipe(scenario=scenario, **{name: getattr(self, name) for name in names})

@@ -26,7 +26,13 @@ from dmil.training.recording import series_rows
 
 @dataclass(frozen=True)
 class PaperStudy:
-    """The paper's study, as `dmil.experiments.study.run_study` runs it (paper, §VI)."""
+    """The paper's study, as `dmil.experiments.study.run_study` runs it (paper, §VI).
+
+    Parameters
+    ----------
+    settings
+        What to run.
+    """
 
     settings: PaperStudySettings
     name: ClassVar[str] = "paper"

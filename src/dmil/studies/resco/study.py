@@ -44,6 +44,11 @@ class RescoStudy:
     First the queue simulator of every network is calibrated by one run of SUMO. Then every learner
     is trained, and every controller is evaluated in SUMO and in the queue simulator with and
     without calibration, on the same vehicles in a seed.
+
+    Parameters
+    ----------
+    settings
+        What to run.
     """
 
     settings: RescoStudySettings
