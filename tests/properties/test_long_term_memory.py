@@ -47,7 +47,7 @@ def new(options, seed=1):
     return controller
 
 
-@settings(max_examples=40)
+@settings(max_examples=60)
 @given(options=OPTIONS, states=QUEUES, order=ORDER)
 def test_there_are_never_more_rows_than_the_cap(options, states, order):
     controller = new(options)
@@ -68,7 +68,7 @@ def test_there_are_never_more_rows_than_the_cap(options, states, order):
     assert rows.tolerance == classes.tolerance
 
 
-@settings(max_examples=25)
+@settings(max_examples=40)
 @given(options=OPTIONS, states=QUEUES, order=ORDER, more=ORDER)
 def test_a_restored_memory_goes_on_byte_for_byte(options, states, order, more):
     original, copy = new(options), new(options)
@@ -108,7 +108,7 @@ class Cache:
         return frequency(self.admission, 0, self.mark(key))
 
 
-@settings(max_examples=40)
+@settings(max_examples=60)
 @given(capacity=st.integers(4, 60), share=st.floats(0.1, 1.0), seed=st.integers(0, 999))
 def test_frequent_keys_survive_a_scan_of_keys_that_come_once(capacity, share, seed):
     rng = stream(seed, "scan")
@@ -125,7 +125,7 @@ def test_frequent_keys_survive_a_scan_of_keys_that_come_once(capacity, share, se
     assert all(cache.holds(key) for key in often)
 
 
-@settings(max_examples=20)
+@settings(max_examples=40)
 @given(capacity=st.integers(2, 60), seed=st.integers(0, 999))
 def test_what_comes_now_displaces_what_came_long_ago(capacity, seed):
     rng = stream(seed, "change")

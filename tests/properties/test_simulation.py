@@ -29,7 +29,7 @@ from dmil.simulation.queue.state import (
 )
 from dmil.simulation.timing import NEVER_S, rules_of
 
-STEPS = 50
+STEPS = 60
 
 
 @st.composite
@@ -152,7 +152,6 @@ def bytes_of(state):
 
 
 @given(**CHANCE)
-@settings(max_examples=40)
 def test_every_spawned_vehicle_is_in_exactly_one_place(begin, **chance):
     drive = begin(**chance)
     state = drive.state
@@ -171,7 +170,6 @@ def test_every_spawned_vehicle_is_in_exactly_one_place(begin, **chance):
 
 
 @given(**CHANCE)
-@settings(max_examples=40)
 def test_lists_and_counts_agree_and_no_link_is_overfull(begin, **chance):
     drive = begin(**chance)
     state, layout, trips = drive.state, drive.layout, drive.trips
@@ -197,7 +195,6 @@ def test_lists_and_counts_agree_and_no_link_is_overfull(begin, **chance):
 
 
 @given(**CHANCE)
-@settings(max_examples=40)
 def test_nobody_crosses_on_red(begin, **chance):
     drive = begin(**chance)
     state, network = drive.state, drive.network
@@ -214,7 +211,6 @@ def test_nobody_crosses_on_red(begin, **chance):
 
 
 @given(**CHANCE)
-@settings(max_examples=40)
 def test_nobody_overtakes_in_a_queue(begin, **chance):
     drive = begin(**chance)
     state = drive.state
@@ -228,7 +224,6 @@ def test_nobody_overtakes_in_a_queue(begin, **chance):
 
 
 @given(**CHANCE)
-@settings(max_examples=40)
 def test_go_from_tells_red_from_green(begin, **chance):
     drive = begin(**chance)
     for time_s in range(STEPS):
@@ -240,7 +235,6 @@ def test_go_from_tells_red_from_green(begin, **chance):
 
 
 @given(**CHANCE)
-@settings(max_examples=40)
 def test_two_movements_that_no_phase_serves_together_never_go_in_one_step(begin, **chance):
     drive = begin(**chance)
     state = drive.state
@@ -256,7 +250,6 @@ def test_two_movements_that_no_phase_serves_together_never_go_in_one_step(begin,
 
 
 @given(**CHANCE)
-@settings(max_examples=40)
 def test_waits_are_not_negative_and_add_up(begin, **chance):
     drive = begin(**chance)
     state = drive.state
@@ -277,7 +270,6 @@ def test_waits_are_not_negative_and_add_up(begin, **chance):
 
 
 @given(**CHANCE)
-@settings(max_examples=40)
 def test_queues_are_in_the_order_in_which_they_were_joined(begin, **chance):
     drive = begin(**chance)
     for time_s in range(STEPS):
@@ -289,7 +281,6 @@ def test_queues_are_in_the_order_in_which_they_were_joined(begin, **chance):
 
 
 @given(**CHANCE)
-@settings(max_examples=40)
 def test_a_vehicle_takes_its_driving_time_and_its_waits(begin, **chance):
     drive = begin(**chance)
     for time_s in range(STEPS):

@@ -113,7 +113,7 @@ def junctions(draw):
     return list(origin), list(goal), turns, np.array(phases)
 
 
-@settings(max_examples=60)
+@settings(max_examples=200)
 @given(junction=junctions())
 def test_the_symmetries_of_any_junction_are_a_group(junction):
     origin, goal, turn, served = junction

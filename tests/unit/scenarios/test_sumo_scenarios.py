@@ -263,8 +263,8 @@ def test_other_scenarios_have_no_beginning():
 @pytest.mark.parametrize("name", RESCO)
 def test_the_scenarios_of_resco(name):
     pytest.importorskip("sumolib", reason="needs the extra sumo")
-    # Single vehicles in the largest networks take SUMO up to half a minute.
-    routing = "mesoscopic" if name in ("resco/ingolstadt7", "resco/ingolstadt21") else None
+    # Single vehicles in the largest network take SUMO half a minute.
+    routing = "mesoscopic" if name == "resco/ingolstadt21" else None
     made = scenario(name, routing=routing)
     vehicles = made.demand.vehicles(made.network, made.horizon_s, stream(0))
     intersections, count, space_m = RESCO[name]
