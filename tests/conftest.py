@@ -1,6 +1,7 @@
 """Settings of all tests, and networks and journeys that several of them drive on."""
 
 import os
+import signal
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +17,10 @@ from dmil.network import Intersection, Link, Movement, RoadNetwork, grid
 # every time: a green commit stays green.
 settings.register_profile("dmil", deadline=None, derandomize=True)
 settings.load_profile("dmil")
+
+# Who runs the tests in the background of a script has them ignore Ctrl-C, and whatever they start.
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Coverage follows the tests into the workers of pytest-xdist, and no further: it would make
 # each process that a test starts slower by a second or more.
