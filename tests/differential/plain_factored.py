@@ -4,7 +4,9 @@ import math
 
 import numpy as np
 
+from dmil.scenarios import signal_times
 from tests.differential.plain_guard import PlainGuard
+from tests.differential.plain_movements import PlainMovements
 
 RED, KEPT, SWITCHED, PARTLY = range(4)
 QUEUE_BINS = [*range(9), 9, 11, 15]
@@ -22,6 +24,9 @@ DEFAULTS = {
     "trust": 0.05,
     "trust_veh": 1.0,
     "rate_step": 0.02,
+    "yields": False,
+    "age": 0.0,
+    "waves": "everywhere",
 }
 
 
@@ -80,6 +85,12 @@ class PlainFactored:
         self.fed = {self.ahead(movement.to_link) for movement in moves}
         self.guard = PlainGuard(self.network, self.interval_s)
         self.asked = None
+        all_stop = signal_times(timing, self.network).all_stop.tolist()
+        self.moves = PlainMovements(
+            self.network, timing, self.flow_veh, self.after_switch, self.options, all_stop
+        )
+        self.moves.find_apart(self.groups)
+        self.choosers = {node.id for node in self.network.intersections if len(node.phases) > 1}
 
     def ahead(self, link):
         """Return the link at whose end the next signal stands, None if it is not the only way."""
@@ -91,14 +102,25 @@ class PlainFactored:
             link = self.ways[link][0]
         return link
 
+    def waved(self, link):
+        """Return for how much a green ahead counts: as `unseen`, perhaps only at a choice."""
+        counts = self.options["waves"] == "everywhere" or self.end[link] in self.choosers
+        return self.unseen(link) if counts else 0.0
+
     def unseen(self, link):
         return max(0.0, 1 - self.time_s[link] / self.interval_s)
 
-    def decide(self, seen):
+    def look_at_all(self, seen):
+        """Take in what is seen."""
+        self.seen = seen
         self.guard.look(seen)
         for i, node in enumerate(self.network.intersections):
             for group in self.groups[node.id]:
                 self.look(group, i, seen)
+        self.moves.look(seen, self.asked, self.groups)
+
+    def decide(self, seen):
+        self.look_at_all(seen)
         for group in self.all_groups():
             if group.link not in self.fed:
                 more = self.options["expected"] * self.unseen(group.link) * float(group.rate)
@@ -134,7 +156,8 @@ class PlainFactored:
         sees = self.options["approaching"]
         group.expected = per_lane(seen.approaching_veh) if sees else SINGLE(0)
         shown = group.node.phases[seen.phase[i]] if seen.phase[i] >= 0 else frozenset()
-        group.shown = self.coverage(group, shown)
+        group.shown, group.shown_phase = self.coverage(group, shown), shown
+        group.stops = self.moves.all_stop[i]
         if self.asked is None:
             return
         _, treated, before, foreseen = group.last
@@ -162,8 +185,8 @@ class PlainFactored:
 
     def treatment(self, group, phase):
         covers = self.coverage(group, phase)
-        switches = covers == KEPT and group.shown != KEPT and self.after_switch < 1
-        return SWITCHED if switches else covers
+        kept = group.shown == KEPT and (phase == group.shown_phase or not group.stops)
+        return SWITCHED if covers == KEPT and not kept and self.after_switch < 1 else covers
 
     def row(self, group):
         queue = int(float(group.queue) + 0.5)
@@ -172,17 +195,30 @@ class PlainFactored:
         rate = sum(group.rate > edge for edge in RATE_EDGES) if self.options["rates"] else 0
         return 24 * queue + 6 * arrivals + rate
 
-    def prior_gain(self, waiting, treatment):
+    def part(self, i, group, phase):
+        """Return what part of a group's vehicles a phase is worth to."""
+        treatment = self.treatment(group, phase)
+        if treatment in (KEPT, SWITCHED) and i in self.moves.apart:
+            served, green = self.treat(i, group, phase)
+            return served * green
         part = {RED: 0, KEPT: 1, SWITCHED: self.after_switch, PARTLY: self.after_switch / 2}
-        return self.options["vehicle"] * part[treatment] * waiting
+        return part[treatment]
+
+    def before(self, i):
+        shown = self.seen.phase[i]
+        return self.network.intersections[i].phases[shown] if shown >= 0 else None
+
+    def treat(self, i, group, phase):
+        vehicles = self.moves.vehicles(i, self.seen, self.groups)
+        return self.moves.treat(i, group, phase, self.before(i), vehicles)
 
     def entry(self, row, treatment):
         return self.table.get((row, treatment), (SINGLE(0), 0))
 
-    def advantage(self, group, treatment):
+    def advantage(self, group, treatment, part):
         green, red = (self.entry(self.row(group), each) for each in (treatment, RED))
         learned = float(green[0]) - float(red[0])
-        prior = self.prior_gain(group.waiting, treatment)
+        prior = self.options["vehicle"] * part * group.waiting
         most = self.options["trust"] * prior + self.options["trust_veh"]
         return prior + max(-most, min(most, learned))
 
@@ -192,7 +228,7 @@ class PlainFactored:
             best, highest = 0, -math.inf
             for p, phase in enumerate(node.phases):
                 tie = max(TIE, TIE_PART * highest)
-                merit = self.merit(node, phase, green) + 2 * tie * (p == shown[i])
+                merit = self.merit(i, node, phase, green) + 2 * tie * (p == shown[i])
                 merit += self.options["vehicle"] * self.owed(i, phase)
                 if merit > highest + tie:
                     best, highest = p, merit
@@ -203,14 +239,19 @@ class PlainFactored:
         guarded = self.options.get("guard", True)
         return sum(self.guard.owed.get((i, j), 0.0) for j in phase) if guarded else 0.0
 
-    def merit(self, node, phase, green):
-        total = 0.0
+    def merit(self, i, node, phase, green):
+        vehicles = self.moves.vehicles(i, self.seen, self.groups)
+        owed = self.moves.owed_in(i, phase, self.before(i), vehicles)
+        total = self.options["vehicle"] * owed
         for group in self.groups[node.id]:
             if phase.intersection(group.members):
-                gain = self.advantage(group, self.treatment(group, phase))
+                treatment = self.treatment(group, phase)
+                gain = self.advantage(group, treatment, self.part(i, group, phase))
                 if group.waiting > 0:
                     ahead = [self.ahead(node.movements[j].to_link) for j in group.members]
-                    wave = sum(self.unseen(link) * green.get(link, 0) for link in ahead if link)
+                    wave = sum(self.waved(link) * green.get(link, 0) for link in ahead if link)
+                    if i in self.moves.apart and treatment != PARTLY:
+                        wave *= self.treat(i, group, phase)[0]
                     gain += self.options["vehicle"] * self.options["wave"] * wave / len(ahead)
                 total += group.count * gain
         return total
@@ -250,17 +291,25 @@ class PlainFactored:
             for group in self.groups[node.id]:
                 row = self.row(group)
                 treatment = self.treatment(group, node.phases[phases[i]])
+                part = self.part(i, group, node.phases[phases[i]])
                 if not overruled and self.options["learning"] and group.last[2] <= 20:
                     before_row, before_treatment, queue, expected = group.last
-                    before = self.value(before_row, before_treatment, float(queue + expected))
-                    after = self.value(row, treatment, group.waiting)
+                    waiting = float(queue + expected)
+                    before = self.value(before_row, before_treatment, waiting, group.part)
+                    after = self.value(row, treatment, group.waiting, part)
                     error = self.options["discount"] * after - group.waited - before
                     self.correct(before_row, before_treatment, error)
                 group.last = row, treatment, group.queue, group.expected
+                group.part = part
+        self.remember(phases)
 
-    def value(self, row, treatment, waiting):
-        green = self.prior_gain(waiting, treatment)
-        return green - self.options["vehicle"] * waiting + float(self.entry(row, treatment)[0])
+    def remember(self, phases):
+        vehicles = {i: self.moves.vehicles(i, self.seen, self.groups) for i in self.moves.apart}
+        self.moves.remember(phases, self.seen.phase, vehicles)
+
+    def value(self, row, treatment, waiting, part):
+        left = self.options["vehicle"] * (part - 1) * waiting
+        return left + float(self.entry(row, treatment)[0])
 
     def correct(self, row, treatment, error):
         residual, times = self.entry(row, treatment)

@@ -30,6 +30,9 @@ DEFAULTS = {
     "trust": 5.0,
     "queue_trust": 0.3,
     "rate_step": 0.02,
+    "yields": False,
+    "age": 0.0,
+    "waves": "everywhere",
 }
 
 
@@ -41,10 +44,7 @@ class PlainLookahead(PlainFactored):
         self.table = {}
 
     def decide(self, seen):
-        self.guard.look(seen)
-        for i, node in enumerate(self.network.intersections):
-            for group in self.groups[node.id]:
-                self.look(group, i, seen)
+        self.look_at_all(seen)
         for group in self.all_groups():
             if group.link not in self.fed:
                 more = self.options["expected"] * self.unseen(group.link) * float(group.rate)
@@ -68,13 +68,70 @@ class PlainLookahead(PlainFactored):
         phases, self.costs = [], {}
         for i, node in enumerate(self.network.intersections):
             costs = [
-                min(self.pair_cost(node, now, then, green) for then in node.phases)
-                - self.options["terminal"] * self.owed(i, now)
+                self.least_cost(i, node, now, green) - self.options["terminal"] * self.owed(i, now)
                 for now in node.phases
             ]
             best = [p for p, cost in enumerate(costs) if cost < min(costs) + SAME]
             phases.append(shown[i] if shown[i] in best else best[0])
         return np.array(phases)
+
+    def least_cost(self, i, node, now, green):
+        vehicles = self.moves.vehicles(i, self.seen, self.groups)
+        owed = self.moves.owed_in(i, now, self.before(i), vehicles)
+        if i in self.moves.apart:
+            cost = self.least_cost_apart(i, node, now, green)
+        else:
+            cost = min(self.pair_cost(node, now, then, green) for then in node.phases)
+        return cost - self.options["terminal"] * owed
+
+    def least_cost_apart(self, i, node, now, green):
+        """Return the least cost of a pair of phases where movements are told apart."""
+        o, vehicles = self.options, self.moves.vehicles(i, self.seen, self.groups)
+        plan = o["plan"] if o["depth"] == 2 else 0.0
+        going = self.moves.going(i, now, self.before(i), vehicles)
+        cost, following, ends = 0.0, dict(vehicles), {}
+        for group in self.groups[node.id]:
+            treatment = self.treatment(group, now)
+            served, c = self.treat(i, group, now)
+            waits, end = self.foresee(
+                float(group.queue), float(group.expected), treatment, (served, c)
+            )
+            if treatment != RED:
+                waits -= served * self.wave(group, green)
+            cost += group.count * (waits + o["discount"] * (1 - plan) * self.left(end))
+            held = sum(vehicles[j] * (1 - going[j]) for j in group.members)
+            weight = {j: vehicles[j] * going[j] + 0.05 for j in group.members}
+            left = max(0.0, end * group.count - held)
+            comes = o["later"] * float(group.rate) * group.count
+            share = self.moves.shares(i, group)
+            ends[group] = end
+            for j in group.members:
+                following[j] = vehicles[j] * (1 - going[j]) + comes * share[j]
+                following[j] += left * weight[j] / sum(weight.values())
+        if plan == 0:
+            return cost
+        then = min(self.cost_then(i, node, now, then, following, ends) for then in node.phases)
+        return cost + o["discount"] * plan * then
+
+    def cost_then(self, i, node, now, then, vehicles, ends):
+        total = 0.0
+        for group in self.groups[node.id]:
+            before, covers = self.treatment(group, now), self.coverage(group, then)
+            kept = before in (KEPT, SWITCHED) and (now == then or not group.stops)
+            switches = covers == KEPT and not kept and self.after_switch < 1
+            part = self.moves.treat(i, group, then, now, vehicles)
+            arrivals = self.options["later"] * float(group.rate)
+            treatment = SWITCHED if switches else covers
+            waits, last = self.foresee(ends[group], arrivals, treatment, part)
+            total += group.count * (waits + self.options["discount"] * self.left(last))
+        return total
+
+    def wave(self, group, green):
+        if group.waiting == 0:
+            return 0.0
+        ahead = [self.ahead(group.node.movements[j].to_link) for j in group.members]
+        found = sum(self.waved(link) * green.get(link, 0) for link in ahead if link)
+        return self.options["wave"] * found / len(ahead)
 
     def pair_cost(self, node, now, then, green):
         total = 0.0
@@ -90,10 +147,8 @@ class PlainLookahead(PlainFactored):
         cost, queue = self.foresee(
             float(group.queue), float(group.expected), self.treatment(group, now)
         )
-        if covered != RED and group.waiting > 0:
-            ahead = [self.ahead(group.node.movements[j].to_link) for j in group.members]
-            found = sum(self.unseen(link) * green.get(link, 0) for link in ahead if link)
-            cost -= o["wave"] * found / len(ahead)
+        if covered != RED:
+            cost -= self.wave(group, green)
         stays = self.left(queue)
         if o["depth"] == 1:
             return cost + o["discount"] * stays
@@ -107,8 +162,8 @@ class PlainLookahead(PlainFactored):
     def left(self, queue):
         return self.options["terminal"] * queue + self.options["curvature"] * queue**2
 
-    def foresee(self, queue, arrivals, treatment):
-        cost, end = self.lane_model(queue, arrivals, treatment)
+    def foresee(self, queue, arrivals, treatment, part=None):
+        cost, end = self.lane_model(queue, arrivals, treatment, part)
         residuals = self.table.get((self.bins(queue, arrivals), treatment))
         if residuals:
             times = residuals[2]
@@ -117,8 +172,17 @@ class PlainLookahead(PlainFactored):
             end += self.options["queue_trust"] * trusted * float(residuals[1])
         return max(0.0, cost), max(0.0, end)
 
-    def lane_model(self, queue, arrivals, treatment):
-        return fluid(queue, arrivals, self.flow_veh, treatment, self.after_switch)
+    def lane_model(self, queue, arrivals, treatment, part=None):
+        if part is None:
+            return fluid(queue, arrivals, self.flow_veh, treatment, self.after_switch)
+        # One part has red, the other green for the part c of the interval.
+        served, c = part
+        flow, red, green = self.flow_veh, (1 - served), served
+        waits, left = fluid(red * queue, red * arrivals, flow, RED, c)
+        if served == 0:
+            return waits, left
+        cost, end = fluid(green * queue, green * arrivals, flow, SWITCHED, c)
+        return waits + cost, left + end
 
     def bins(self, queue, arrivals):
         place = sum(int(queue + 0.5) >= least for least in QUEUE_BINS) - 1
@@ -130,12 +194,15 @@ class PlainLookahead(PlainFactored):
             for group in self.groups[node.id]:
                 if not overruled and self.options["learning"] and group.last[2] <= 20:
                     row, treatment, queue, expected = group.last
-                    model = self.lane_model(float(queue), float(expected), treatment)
+                    part = group.part if i in self.moves.apart else None
+                    model = self.lane_model(float(queue), float(expected), treatment, part)
                     real = group.waited, float(group.queue)
                     self.correct(row, treatment, [r - m for r, m in zip(real, model, strict=True)])
                 treatment = self.treatment(group, node.phases[phases[i]])
                 row = self.bins(float(group.queue), float(group.expected))
                 group.last = row, treatment, group.queue, group.expected
+                group.part = self.treat(i, group, node.phases[phases[i]])
+        self.remember(phases)
 
     def correct(self, row, treatment, errors):
         *residuals, times = self.table.get((row, treatment), (SINGLE(0), SINGLE(0), 0))

@@ -114,6 +114,8 @@ class PlainQueues:
                 0 if first else int(self.times.clearance_s[i][before][phase])
             )
             had_green, light.go_from = light.go_from, {}
+            if self.times.all_stop[i] and not first:
+                had_green = {}
             for j in node.phases[phase]:
                 light.go_from[j] = had_green.get(j, light.green_from + self.rules.startup_lost_s)
             for j in node.unsignalled:

@@ -52,7 +52,9 @@ def plain_search(crossing, width):
                 outcome = []
                 for j in range(len(sizes)):
                     go_from_s = np.inf
-                    if crossing.unsignalled[j] or (shown >= 0 and served[[shown, phase], j].all()):
+                    keeps = shown >= 0 and served[[shown, phase], j].all()
+                    stops = rules.all_stop and phase != shown
+                    if crossing.unsignalled[j] or (keeps and not stops):
                         go_from_s = begin_s
                     elif served[phase, j]:
                         go_from_s = anew_s
@@ -96,6 +98,7 @@ def test_plans_are_those_of_the_plain_search(case):
         min_green_s=int(rng.choice([0, 5, 11])),
         max_green_s=max_green_s,
         startup_lost_s=int(rng.integers(0, interval_s - clearance_s + 1)) if case % 3 else 0,
+        all_stop=case % 4 > 1,
     )
     unsignalled = rng.random(movements) < 0.2
     crossing = KnownIntersection(

@@ -59,6 +59,7 @@ def make_case(tee, mixed_network, varied, wander):
             min_green_s=int(rng.choice([0, 0, 4, 15, 25])),
             max_green_s=int(rng.choice([0, 25, 40])),
             startup_lost_s=int(rng.choice([0, 0, 1, 3])),
+            clearance_kind="all-stop" if int(number) % 2 else "kept",
         )
         if rng.random() < 0.4:
             network = with_programs(network, rng)
@@ -282,11 +283,12 @@ def test_the_cases_meet_every_rule(make_case):
         met["out of the network"] += sum(car.route[-1] in exits for car in arrived)
         met["parked"] += sum(car.route[-1] not in exits for car in arrived)
         met["clearance"] += bool(scenario.timing.clearance_s)
+        met["all-stop"] += bool(twin.times.all_stop.any())
         met["clearance of the plan"] += scenario.timing.clearance_s is None
         met["start-up"] += scenario.timing.startup_lost_s > 0
         met["several per step"] += twin.headway < 1
         met["a part per step"] += twin.headway > 1
         met["steps"] += scenario.horizon_s
-    assert len(met) == 18
+    assert len(met) == 19
     assert min(met.values()) >= 10, dict(met)
     assert met["steps"] > 5000

@@ -23,6 +23,7 @@ from dmil.network.cityflow_phases import Served, give_way, sort_phases
 from dmil.network.json_file import read_json
 from dmil.network.model import TURNS, Intersection, Link, Movement, RoadNetwork, Turn
 from dmil.network.naming import approach_names, order_counter_clockwise, phase_name
+from dmil.network.plan_times import stops_all
 
 _FILE = TypeAdapter(RoadnetFile)
 _TURN: dict[str, Turn] = {
@@ -159,6 +160,8 @@ def _intersection(
         program=phases.program,
         phase_names=tuple(phase_name(phase, movements, sides) for phase in phases.actions),
         clearance_s=phases.clearance_s,
+        # Its lights show a phase of their own between two others, usually one without green.
+        all_stop=stops_all(phases.program.stages if phases.program else (), untold=True),
         gives_way=give_way(movements, ways, served),
     )
 

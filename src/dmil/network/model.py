@@ -134,6 +134,9 @@ class Intersection:
         One readable name per phase, may be empty.
     clearance_s
         Longest clearance between two phases of that plan, 0 if it has none.
+    all_stop
+        Whether at a change of phase everybody stops, those too who have green before and after it;
+        else these keep their green.
     gives_way
         For every movement the movements that it yields to while they have green and a queue; may
         be empty. Nobody yields in a circle.
@@ -151,6 +154,7 @@ class Intersection:
     own_control: str = ""
     phase_names: tuple[str, ...] = ()
     clearance_s: float = 0.0
+    all_stop: bool = False
     gives_way: tuple[tuple[int, ...], ...] = ()
     conflicts: frozenset[tuple[int, int]] = frozenset()
     walks: tuple[Walk, ...] = ()

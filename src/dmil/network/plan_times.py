@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from typing import NamedTuple
 
@@ -105,7 +105,7 @@ def _clearances(
 
 
 def _changes(
-    stages: tuple[Stage, ...],
+    stages: Sequence[Stage],
 ) -> Iterator[tuple[frozenset[int], list[Stage], frozenset[int]]]:
     """Follow the plan from green to green, with the clearance between them.
 
@@ -122,6 +122,27 @@ def _changes(
             run.append(stage)
         if stages[begin].green != stages[end].green or run:
             yield stages[begin].green, run, stages[end].green
+
+
+def stops_all(stages: Sequence[Stage], *, untold: bool) -> bool:
+    """Tell whether a plan stops everybody at a change of phase, who keeps green too (ours).
+
+    Every movement with green before and after a clearance of the plan counts as an example: either
+    it has green in all of it, or it has not. The more frequent kind is the plan's.
+
+    Parameters
+    ----------
+    stages
+        Of the plan.
+    untold
+        The answer where there is no example, or as many of each kind.
+    """
+    examples = 0
+    for before, run, after in _changes(stages):
+        for movement in before & after if run else ():
+            kept = all(movement in stage.green for stage in run)
+            examples += -1 if kept else 1
+    return examples > 0 if examples else untold
 
 
 def _longer(one: Clearance, other: Clearance | None) -> Clearance:

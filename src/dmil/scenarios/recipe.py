@@ -21,7 +21,7 @@ from dmil.scenarios.model import HIGHEST_LOAD, LONGEST_RUN_S, QueueDynamics, Rou
 from dmil.scenarios.registry import scenario, with_load
 from dmil.scenarios.sumo import sumo_scenario
 from dmil.scenarios.sumo_configuration import SumoConfiguration
-from dmil.scenarios.timing import SignalTiming
+from dmil.scenarios.timing import ClearanceKind, SignalTiming
 
 LONGEST_LINK_S = 3600.0
 """Longest time on a grid's link: an hour."""
@@ -43,6 +43,7 @@ class TimingChanges(BaseModel):
     decision_interval_s: int | None = _changed(SignalTiming, "decision_interval_s")
     clearance_s: int | None = _changed(SignalTiming, "clearance_s")
     all_red_s: int | None = _changed(SignalTiming, "all_red_s")
+    clearance_kind: ClearanceKind | None = _changed(SignalTiming, "clearance_kind")
     min_green_s: int | None = _changed(SignalTiming, "min_green_s")
     max_green_s: int | None = _changed(SignalTiming, "max_green_s")
     startup_lost_s: int | None = _changed(SignalTiming, "startup_lost_s")

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from dmil.arrays import BoolArray
 from dmil.errors import InputError
 from dmil.network import Intersection, RoadNetwork, Walk, plan_times
 from dmil.network.json_file import first_problem
@@ -35,6 +36,7 @@ class Settings(BaseModel):
 
 
 IntArray = npt.NDArray[np.int32]
+ClearanceKind = Literal["kept", "all-stop"]
 
 
 class SignalTiming(Settings):
@@ -50,15 +52,20 @@ class SignalTiming(Settings):
     clearance_s: int | None = Field(
         default=0,
         ge=0,
-        description="Seconds of yellow and all-red at a phase change; movements with green in "
-        "both phases keep it. Shorter than the decision interval. By default, for networks "
-        "from files, as in each plan (paper: none).",
+        description="Seconds of yellow and all-red at a phase change. Shorter than the decision "
+        "interval. By default, for networks from files, as in each plan (paper: none).",
     )
     all_red_s: int | None = Field(
         default=0,
         ge=0,
         description="All-red seconds at the end of the clearance time; the rest is yellow. Only "
         "SUMO distinguishes them. By default, for networks from files, as in each plan.",
+    )
+    clearance_kind: ClearanceKind | None = Field(
+        default="kept",
+        description="Clearance of movements with green before and after a phase change: kept (they "
+        "keep it) or all-stop (they stop like all others). By default, for networks from files, "
+        "as in each plan; in CityFlow files without an example all-stop (paper: none).",
     )
     min_green_s: int | None = Field(
         default=0,
@@ -101,7 +108,9 @@ class SignalTiming(Settings):
         return self
 
 
-PLAN: dict[str, None] = dict.fromkeys(("clearance_s", "all_red_s", "min_green_s", "max_green_s"))
+PLAN: dict[str, None] = dict.fromkeys(
+    ("clearance_s", "all_red_s", "clearance_kind", "min_green_s", "max_green_s")
+)
 """Settings of `SignalTiming` by which every intersection has the times of its own plan."""
 
 
@@ -114,12 +123,15 @@ class SignalTimes(NamedTuple):
         Of the change from a phase (row) to another (column), the all-red part included.
     min_green_s, max_green_s: (intersections, phases) int32
         Of a phase; a longest green of 0 is no limit.
+    all_stop: (intersections,) bool
+        Whether clearance stops those too who have green before and after it.
     """
 
     clearance_s: IntArray
     all_red_s: IntArray
     min_green_s: IntArray
     max_green_s: IntArray
+    all_stop: BoolArray
 
 
 # A learner asks at the beginning of every episode, always for the same network.
@@ -150,6 +162,7 @@ def signal_times(timing: SignalTiming, network: RoadNetwork) -> SignalTimes:
         np.full((len(items), phases, phases), timing.all_red_s or 0, np.int32),
         np.full((len(items), phases), timing.min_green_s or 0, np.int32),
         np.full((len(items), phases), timing.max_green_s or 0, np.int32),
+        np.array([_stops_all(timing, item) for item in items]),
     )
     if any(getattr(timing, name) is None for name in PLAN):
         for i, item in enumerate(items):
@@ -174,6 +187,12 @@ def dont_walk_s(times: SignalTimes, item: Intersection, i: int, phase: int, walk
     changes = [q for q in range(len(item.phases)) if q != phase]
     clearance_s = min((int(times.clearance_s[i, phase, q]) for q in changes), default=0)
     return max(0, walk.clear_s - clearance_s)
+
+
+def _stops_all(timing: SignalTiming, item: Intersection) -> bool:
+    if timing.clearance_kind is None:
+        return item.all_stop
+    return timing.clearance_kind == "all-stop"
 
 
 def _take_plan(timing: SignalTiming, item: Intersection, i: int, found: SignalTimes) -> None:
@@ -204,6 +223,8 @@ class UniformTiming(NamedTuple):
     ----------
     decision_interval_s, clearance_s, min_green_s, max_green_s, startup_lost_s: int
         As in `SignalTiming`.
+    all_stop: bool
+        As in `SignalTimes`.
     """
 
     decision_interval_s: int
@@ -211,6 +232,7 @@ class UniformTiming(NamedTuple):
     min_green_s: int
     max_green_s: int
     startup_lost_s: int
+    all_stop: bool
 
 
 def uniform_timing(timing: SignalTiming, network: RoadNetwork, i: int) -> UniformTiming:
@@ -236,6 +258,7 @@ def uniform_timing(timing: SignalTiming, network: RoadNetwork, i: int) -> Unifor
         min_green_s=least_s,
         max_green_s=max(int(limits.min()), least_s) if limits.size else 0,
         startup_lost_s=timing.startup_lost_s,
+        all_stop=bool(times.all_stop[i]),
     )
 
 
@@ -300,6 +323,7 @@ def safest_times(timing: SignalTiming, network: RoadNetwork) -> SignalTimes:
         all_red_s=all_red_s,
         min_green_s=np.maximum(given.min_green_s, plan.min_green_s),
         max_green_s=given.max_green_s,
+        all_stop=given.all_stop | plan.all_stop,
     )
 
 

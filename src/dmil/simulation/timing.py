@@ -40,6 +40,8 @@ class Rules(NamedTuple):
         Of the change from a phase (row) to another (column).
     min_green_s, max_green_s: (intersections, phases) int32
         Of a phase; a longest green of 0 is no limit.
+    all_stop: (intersections,) bool
+        Whether clearance stops those too who have green before and after it.
     """
 
     decision_interval_s: int
@@ -47,6 +49,7 @@ class Rules(NamedTuple):
     clearance_s: IntArray
     min_green_s: IntArray
     max_green_s: IntArray
+    all_stop: BoolArray
 
 
 class Signals(NamedTuple):
@@ -96,6 +99,7 @@ def rules_of(timing: SignalTiming, network: RoadNetwork) -> Rules:
         clearance_s=times.clearance_s,
         min_green_s=times.min_green_s,
         max_green_s=times.max_green_s,
+        all_stop=times.all_stop,
     )
 
 
@@ -226,8 +230,9 @@ def grant(
     A change is refused while a clearance runs or the green is younger than ``min_green_s``. A green
     of ``max_green_s`` or more is ended: if the controller does not, the next phase follows. A
     granted change begins with its ``clearance_s`` in which only movements go that are green in both
-    phases, and unsignalled ones; a movement that had red loses ``startup_lost_s`` more. The first
-    phase of a run, and one after the intersection's own program, needs no clearance.
+    phases, unless it is of the kind all-stop, and unsignalled ones; a movement that had to stop
+    loses ``startup_lost_s`` more. The first phase of a run, and one after the intersection's own
+    program, needs no clearance.
 
     Parameters
     ----------
@@ -269,12 +274,13 @@ def grant(
             continue
         green_from_s[i] = time_s if shown < 0 else time_s + rules.clearance_s[i, shown, wanted]
         phase[i] = wanted
+        stops = rules.all_stop[i] and shown >= 0
         for j in range(served.shape[2]):
             if unsignalled[i, j]:
                 go_from_s[i, j] = 0
             elif not served[i, wanted, j]:
                 go_from_s[i, j] = NEVER_S
-            elif go_from_s[i, j] == NEVER_S:
+            elif stops or go_from_s[i, j] == NEVER_S:
                 go_from_s[i, j] = green_from_s[i] + rules.startup_lost_s
     return overruled
 

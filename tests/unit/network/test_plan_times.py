@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from dmil.network import Program, Stage, grid, plan_times, read_sumo_network
+from dmil.network.plan_times import stops_all
 
 NS, EW, LEFT = "GGrrrrGGrrrr", "rrrGGGrrrGGG", "rrGrrrrrGrrr"
 
@@ -121,3 +122,34 @@ def test_a_file_that_does_not_tell_yellow_from_red_has_yellow():
     assert found.yellow_s[0, 1] == 5
     assert set(found.yellow_s[changes].tolist()) <= {0, 5}
     assert not found.all_red_s.any()
+
+
+OVERLAP = "GGGrrrGGGrrr"
+"""As NS, the left turns besides."""
+
+
+@pytest.mark.parametrize(
+    ("between", "stops"),
+    [
+        ("GGyrrrGGyrrr", False),
+        ("yyyrrryyyrrr", True),
+        ("rrrrrrrrrrrr", True),
+    ],
+)
+def test_a_plan_shows_whether_those_stop_who_keep_their_green(written, between, stops):
+    path = written((30, OVERLAP), (3, between), (20, NS), (20, EW), (3, "rrryyyrrryyy"))
+    assert read_sumo_network(path).network.intersections[0].all_stop is stops
+
+
+def test_what_most_changes_do_counts_and_without_an_example_the_kind_of_the_file(written):
+    left = frozenset({1, 2})
+    stages = (Stage(30, left), Stage(3, frozenset(), clearance=True), Stage(20, frozenset({2, 3})))
+    keeping = (Stage(3, frozenset({2}), clearance=True),)
+    assert stops_all((*stages, *keeping), untold=False) is False
+    assert stops_all((*stages, *keeping), untold=True) is True
+    assert stops_all((*stages, *keeping, *stages[:1], *keeping, *stages[2:]), untold=True) is False
+    assert stops_all(stages, untold=False) is True
+    assert stops_all((), untold=True) is True
+    none_in_common = (Stage(9, frozenset({0})), Stage(3, frozenset(), clearance=True))
+    assert stops_all((*none_in_common, Stage(9, frozenset({1}))), untold=True) is True
+    assert not read_sumo_network(written((30, NS), (20, EW))).network.intersections[0].all_stop

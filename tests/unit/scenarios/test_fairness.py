@@ -62,7 +62,7 @@ def test_lost_time_is_the_mean_of_the_changes_and_the_longest_where_one_number_i
     clearance_s = signal_times(timing, network).clearance_s[0]
     assert lost_s(timing, network)[0] == 1 + clearance_s.sum() / (8 * 7)
     one = uniform_timing(timing, network, 0)
-    assert one == (10, 5, 12, 50, 1)
+    assert one == (10, 5, 12, 50, 1, False)
     assert lost_s(SignalTiming(clearance_s=3), network).tolist() == [3.0, 3.0]
 
 

@@ -23,6 +23,7 @@ def test_a_grid_has_the_papers_setting():
         "decision_interval_s": 10,
         "clearance_s": 0,
         "all_red_s": 0,
+        "clearance_kind": "kept",
         "min_green_s": 0,
         "max_green_s": 0,
         "startup_lost_s": 0,

@@ -3,6 +3,7 @@
 import importlib.util
 import re
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,14 +17,15 @@ from dmil.simulation.sumo.programs import Plan, programs_xml, stages
 
 ITEM = grid(1, 1).intersections[0]
 HEADS = SumoSignals("a", ("GGrg", "rgGg"), tuple((j,) for j in range(4)))
+STOPPING = replace(ITEM, unsignalled=frozenset({3}))
 
 
-def times(clearance_s, all_red_s):
+def times(clearance_s, all_red_s, *, all_stop=False):
     """Times of one intersection with two phases."""
     changes = (
         np.array([[[0, out], [back, 0]]], np.int32) for out, back in (clearance_s, all_red_s)
     )
-    return SignalTimes(*changes, *np.zeros((2, 1, 2), np.int32))
+    return SignalTimes(*changes, *np.zeros((2, 1, 2), np.int32), np.array([all_stop]))
 
 
 def test_between_phases_stand_the_yellow_and_all_red_of_each_change():
@@ -36,6 +38,9 @@ def test_between_phases_stand_the_yellow_and_all_red_of_each_change():
         (4, "rgyg"),
     ]
     assert stages(HEADS, Plan((1,), (30,)), kept, ITEM, 0) == [(30, "rgGg")]
+    stopping = times((5, 4), (2, 0), all_stop=True)
+    shown = stages(HEADS, Plan((0, 1), (20, 30)), stopping, STOPPING, 0)
+    assert [state for _, state in shown] == ["GGrg", "yyrg", "rrrg", "rgGg", "ryyg"]
     without = times((0, 0), (0, 0))
     assert stages(HEADS, Plan((0, 1), (20, 30)), without, ITEM, 0) == [(20, "GGrg"), (30, "rgGg")]
 

@@ -19,7 +19,7 @@ STATES = tuple(
 
 def heads(walks=None, **timing):
     """Heads that are asked every 10 s; numbers hold for all phases, lists say each one's."""
-    shapes = {"clearance_s": (2, 2, 2), "all_red_s": (2, 2, 2)}
+    shapes = {"clearance_s": (2, 2, 2), "all_red_s": (2, 2, 2), "all_stop": (2,)}
     times = SignalTimes(
         *(
             np.broadcast_to(np.int32(timing.get(name, 0)), shapes.get(name, (2, 2))).copy()
@@ -47,6 +47,19 @@ def ask(signals, phases, time_s):
 def test_between_two_phases(before, after, yellow, red):
     assert cleared(before, after, "y") == yellow
     assert cleared(before, after, "r") == red
+
+
+def test_an_all_stop_clearance_leaves_green_to_those_alone_who_always_have_it():
+    signals = heads(clearance_s=4, all_red_s=1, all_stop=[1, 0])
+    ask(signals, [0, 0], 0)
+    switches = ask(signals, [1, 1], 10).switches
+    assert [each[1:] for each in switches if each[1] == "a"] == [
+        ("a", "yyrg"),
+        ("a", "rrrg"),
+        ("a", "rgGg"),
+    ]
+    assert ("b", "ygrg") in [each[1:] for each in switches]
+    assert cleared("GsGr", "GsrG", "y", frozenset()) == "ysyr"
 
 
 def test_the_first_phase_is_shown_at_once():

@@ -18,7 +18,9 @@ SIGNALS = Signals(np.array([2], np.int32), SERVED, UNSIGNALLED)
 RED = NEVER_S
 
 
-def rules(count=1, *, min_green_s=0, max_green_s=0, clearance_s=0, startup_lost_s=0):
+def rules(
+    count=1, *, min_green_s=0, max_green_s=0, clearance_s=0, startup_lost_s=0, all_stop=False
+):
     """Rules of some intersections; numbers hold for all phases, lists say each one's."""
 
     def of_phases(times, *shape):
@@ -32,6 +34,7 @@ def rules(count=1, *, min_green_s=0, max_green_s=0, clearance_s=0, startup_lost_
         of_phases(clearance_s, 2, 2),
         of_phases(min_green_s, 2),
         of_phases(max_green_s, 2),
+        np.full(count, all_stop),
     )
 
 
@@ -78,6 +81,16 @@ def test_clearance_delays_only_movements_that_had_red():
     signal.ask(1, 10)
     assert signal.green_from_s.tolist() == [14]
     assert signal.go == [RED, 0, 14, 0]
+
+
+def test_an_all_stop_clearance_stops_those_too_who_keep_their_green():
+    signal = Signal(clearance_s=4, startup_lost_s=2, all_stop=True)
+    signal.ask(0, 0)
+    assert signal.go == [2, 2, RED, 0]
+    signal.ask(0, 10)
+    assert signal.go == [2, 2, RED, 0], "nobody stops while the phase stays"
+    signal.ask(1, 20)
+    assert signal.go == [RED, 26, 26, 0]
 
 
 def test_start_up_lost_time_comes_after_the_clearance_and_at_the_first_green():

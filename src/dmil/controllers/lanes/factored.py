@@ -7,27 +7,18 @@ from pydantic import Field
 from dmil.compilation import TypedOnce
 from dmil.controllers.lanes.factored_choice import ROWS, FactoredParams, decide, make_gains
 from dmil.controllers.lanes.lane_groups import LaneGroups
-from dmil.controllers.lanes.lane_memory import LaneMemory, LaneWork
-from dmil.controllers.parameters import Settings, parameters_of
+from dmil.controllers.lanes.lane_memory import LaneMemory, LaneSettings, LaneWork
+from dmil.controllers.lanes.movements import Movements
+from dmil.controllers.parameters import parameters_of
 
 
-class FactoredSettings(Settings):
+class FactoredSettings(LaneSettings):
     """Factored dual memory."""
 
-    approaching: bool = Field(
-        default=True, description="Whether vehicles that arrive within the interval are observed."
-    )
     rates: bool = Field(
         default=True,
         description="Whether rows distinguish lanes by arrival rate; otherwise rows have no "
         "short-term memory.",
-    )
-    expected: float = Field(
-        default=0.3,
-        ge=0,
-        le=1,
-        description="Weight of an unseen vehicle expected within the interval, by the "
-        "announcement of the upstream intersection or the arrival rate; 0: none.",
     )
     wave: float = Field(
         default=0.7,
@@ -36,12 +27,6 @@ class FactoredSettings(Settings):
         description="Value of green, in vehicles, if departing vehicles find green ahead by the "
         "announcement of the next intersection; 0: no coordination.",
     )
-    guard: bool = Field(
-        default=True,
-        description="Whether red counts more, the longer it lasts, where shared lanes were "
-        "blocked.",
-    )
-    learning: bool = Field(default=True, description="Whether it learns.")
     discount: float = Field(default=0.9, ge=0, lt=1, description="γ.")
     vehicle: float = Field(
         default=2.0,
@@ -57,9 +42,6 @@ class FactoredSettings(Settings):
         "ρ·A0 + trust_veh.",
     )
     trust_veh: float = Field(default=1.0, ge=0, allow_inf_nan=False, description="See trust.")
-    rate_step: float = Field(
-        default=0.02, gt=0, le=1, description="β: step of the moving average of arrival rates."
-    )
 
 
 class FactoredController(LaneMemory):
@@ -75,11 +57,11 @@ class FactoredController(LaneMemory):
 
     def __init__(self, settings: FactoredSettings | None = None) -> None:
         self.settings = settings or FactoredSettings()
-        super().__init__(guard=self.settings.guard)
+        super().__init__(self.settings)
 
-    def _work(self, groups: LaneGroups, after_switch: float) -> LaneWork:
+    def _work(self, groups: LaneGroups, movements: Movements, after_switch: float) -> LaneWork:
         return LaneWork(
             TypedOnce(decide),
             parameters_of(FactoredParams, self.settings, after_switch=after_switch),
-            make_gains(groups, self.table.residual.shape[1]),
+            make_gains(groups, movements, self.table.residual.shape[1]),
         )

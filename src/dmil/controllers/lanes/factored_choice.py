@@ -33,6 +33,15 @@ from dmil.controllers.lanes.lane_inputs import (
     served_wholly,
     state_bin,
 )
+from dmil.controllers.lanes.movements import (
+    Movements,
+    look_at_movements,
+    note_vehicles,
+    owed_in_phase,
+    remember_treatment,
+    shown_phase,
+    treat,
+)
 from dmil.memory.residuals import ResidualTable, has_numbers_only, learn_part
 
 RATE_EDGES_VEH = tuple(np.float32(edge) for edge in (0.15, 0.4, 0.8, 1.5, 3.0))
@@ -56,6 +65,7 @@ class FactoredParams(NamedTuple):
     trust: float
     trust_veh: float
     rate_step: float
+    age: float
     approaching: bool
     rates: bool
     learning: bool
@@ -79,6 +89,8 @@ class Gains(NamedTuple):
         What a phase gains; the most.
     error: (groups,) float32
         Error of the last prediction by the prior alone.
+    movements: Movements
+        What tells movements apart.
     """
 
     learned_more: Single
@@ -88,9 +100,10 @@ class Gains(NamedTuple):
     total: Single
     highest: Single
     error: Single
+    movements: Movements
 
 
-def make_gains(groups: LaneGroups, columns: int) -> Gains:
+def make_gains(groups: LaneGroups, movements: Movements, columns: int) -> Gains:
     """Return working space for a network and so many ways to treat a lane."""
     count, (_, phases, agents) = groups.lanes.size, groups.served_block.shape
     gain = np.zeros(groups.ways * count + 2, np.float32)
@@ -103,6 +116,7 @@ def make_gains(groups: LaneGroups, columns: int) -> Gains:
         total=np.zeros((phases, agents), np.float32),
         highest=np.zeros(agents, np.float32),
         error=np.zeros(count, np.float32),
+        movements=movements,
     )
 
 
@@ -137,18 +151,21 @@ def decide(
         count_arrivals(
             groups, params.approaching, params.after_switch, params.rate_step, short, scratch
         )
+    look_at_movements(groups, params.age, inputs, scratch, gains.movements)
     expect_by_rate(groups, params.expected, short, scratch)
+    for g in range(scratch.wave.shape[0]):
+        scratch.wave[g] = ZERO
     _weigh(groups, params, short, scratch, gains)
-    _choose(groups, params.vehicle, inputs, gains, phases)
+    _choose(groups, params, inputs, scratch, gains, phases)
     if params.expected > 0.0 or params.wave > 0.0:
         announce(groups, params.approaching, inputs, scratch, phases)
         expect_announced(groups, params.expected, short, scratch)
         _weigh(groups, params, short, scratch, gains)
         find_waves(groups, params.vehicle * params.wave, scratch)
         _add_waves(groups, scratch, gains)
-        _choose(groups, params.vehicle, inputs, gains, phases)
-    note_treatment(groups, params.after_switch, scratch, phases)
-    _prepare_errors(params, short, scratch, gains)
+        _choose(groups, params, inputs, scratch, gains, phases)
+    note_treatment(groups, params.after_switch, inputs, scratch, phases)
+    _prepare_errors(groups, params, inputs, short, scratch, gains, phases)
     _learn(groups, params, table, short, inputs, scratch, gains)
     _remember(short, scratch)
     return has_numbers_only(table)
@@ -175,6 +192,15 @@ def _weigh(
             # No further from the prior than is trusted.
             most = trust * believed + trust_veh
             gain[g] = groups.lanes[g] * (believed + min(max(learned[g], -most), most))
+    if params.age > 0.0:
+        owed_veh = gains.movements.work.owed_veh
+        for g in range(count):
+            owed = 0.0
+            for place in range(groups.movement_offset[g], groups.movement_offset[g + 1]):
+                owed += owed_veh[groups.movements[place]]
+            # Where a phase serves groups in part, movements are told apart.
+            part = green_part(gains.treatment[0, g], after_switch)
+            gains.gain[g] += vehicle * np.float32(owed) * part
 
 
 @kernel
@@ -198,14 +224,21 @@ def _add_waves(groups: LaneGroups, scratch: LaneScratch, gains: Gains) -> None:
 
 @kernel
 def _choose(
-    groups: LaneGroups, vehicle: float, inputs: Inputs, gains: Gains, phases: IntArray
+    groups: LaneGroups,
+    params: FactoredParams,
+    inputs: Inputs,
+    scratch: LaneScratch,
+    gains: Gains,
+    phases: IntArray,
 ) -> None:
     """Choose for every intersection the phase with the highest sum of gains."""
     highest, total = gains.highest, gains.total
     for phase in range(total.shape[0]):
         _add_up(groups.served_block[:, phase], gains.gain, total[phase])
+    if gains.movements.facts.apart.shape[0] > 0:
+        _add_up_apart(groups, params, inputs, scratch, gains)
     if inputs.owed_veh.shape[0] > 0:
-        _add_owed(groups, vehicle, inputs.owed_veh, total)
+        _add_owed(groups, params.vehicle, inputs.owed_veh, total)
     for i in range(phases.shape[0]):
         phases[i] = 0
         highest[i] = -np.float32(np.inf)
@@ -234,6 +267,46 @@ def _add_up(served: Indices, gain: Single, total: Single) -> None:
 
 
 @kernel
+def _add_up_apart(
+    groups: LaneGroups, params: FactoredParams, inputs: Inputs, scratch: LaneScratch, gains: Gains
+) -> None:
+    """Add up what is gained by phases of intersections whose movements are told apart."""
+    facts, work, after_switch = gains.movements.facts, gains.movements.work, params.after_switch
+    note_vehicles(groups, params.approaching, inputs, scratch, gains.movements)
+    for at in range(facts.apart.shape[0]):
+        i = facts.apart[at]
+        first, before = groups.phase_offset[i], shown_phase(groups, inputs, i)
+        for phase in range(first, groups.phase_offset[i + 1]):
+            treat(groups, facts, i, phase, before, after_switch, work.vehicles, work)
+            total = 0.0
+            if params.age > 0.0:
+                owed = owed_in_phase(groups, facts, i, phase, before, after_switch, work)
+                total += params.vehicle * owed
+            stops = groups.all_stop[i] and phase != before
+            for place in range(groups.served_offset[phase], groups.served_offset[phase + 1]):
+                g = groups.served[place]
+                treatment = served_wholly(RED if stops else scratch.shown[g], after_switch)
+                if groups.partly[place]:
+                    treatment = PARTLY
+                part = _green_of(treatment, work.served[g], work.green[g], after_switch)
+                believed = params.vehicle * (scratch.queue_veh[g] + scratch.expected_veh[g]) * part
+                most = params.trust * believed + params.trust_veh
+                learned = gains.learned_more[scratch.row[g], treatment]
+                gain = believed + min(max(learned, -most), most)
+                wave = scratch.wave[g] * (1.0 if treatment == PARTLY else work.served[g])
+                total += groups.lanes[g] * (gain + wave)
+            gains.total[phase - first, i] = np.float32(total)
+
+
+@kernel
+def _green_of(treatment: int, served: float, green: float, after_switch: float) -> float:
+    """Return what `green_part` would, for a group whose movements are told apart."""
+    if treatment == RED:
+        return 0.0
+    return 0.5 * after_switch if treatment == PARTLY else served * green
+
+
+@kernel
 def _add_owed(groups: LaneGroups, vehicle: float, owed_veh: FloatArray, total: Single) -> None:
     """Let green count more for those whose shared lanes got stuck."""
     for i in range(total.shape[1]):
@@ -247,7 +320,13 @@ def _add_owed(groups: LaneGroups, vehicle: float, owed_veh: FloatArray, total: S
 
 @kernel
 def _prepare_errors(
-    params: FactoredParams, short: ShortTerm, scratch: LaneScratch, gains: Gains
+    groups: LaneGroups,
+    params: FactoredParams,
+    inputs: Inputs,
+    short: ShortTerm,
+    scratch: LaneScratch,
+    gains: Gains,
+    phases: IntArray,
 ) -> None:
     """Find the errors of predictions by the prior alone: minus who waits then counts, and now."""
     vehicle, after_switch = np.float32(params.vehicle), np.float32(params.after_switch)
@@ -258,6 +337,25 @@ def _prepare_errors(
     for g in range(error.shape[0]):
         left = vehicle * (ONE - green_part(scratch.treatment[g], after_switch))
         error[g] -= discount * left * (scratch.queue_veh[g] + scratch.expected_veh[g])
+    movements = gains.movements
+    facts, memory = movements.facts, movements.memory
+    if facts.apart.shape[0] == 0 and params.age == 0.0:
+        return
+    for at in range(facts.apart.shape[0]):
+        i = facts.apart[at]
+        for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
+            treated, served, green = short.treatment[g], memory.served[g], memory.green[g]
+            part = _green_of(treated, served, green, params.after_switch)
+            left = vehicle * np.float32(1.0 - part)
+            error[g] = left * (short.queue_veh[g] + short.expected_veh[g]) - scratch.waiting_veh[g]
+    remember_treatment(groups, params.after_switch, inputs, movements, phases)
+    for at in range(facts.apart.shape[0]):
+        i = facts.apart[at]
+        for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
+            treated, served, green = scratch.treatment[g], memory.served[g], memory.green[g]
+            part = _green_of(treated, served, green, params.after_switch)
+            left = vehicle * np.float32(1.0 - part)
+            error[g] -= discount * left * (scratch.queue_veh[g] + scratch.expected_veh[g])
 
 
 @kernel

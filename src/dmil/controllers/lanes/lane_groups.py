@@ -17,7 +17,9 @@ import numpy.typing as npt
 from dmil.arrays import BoolArray, IntArray, Single
 from dmil.controllers.protocol import RunContext
 from dmil.network import Intersection, RoadNetwork
+from dmil.scenarios import signal_times
 
+ZERO = np.float32(0.0)
 Indices = npt.NDArray[np.uint32]
 """Places in other arrays: without a sign, because compiled code then need not ask for it."""
 
@@ -34,6 +36,8 @@ class LaneGroups(NamedTuple):
         Where the groups of an intersection begin.
     phase_offset: (intersections + 1,) int32
         Where the phases of an intersection begin.
+    all_stop: (intersections,) bool
+        Whether a change of phase stops those too who keep their green.
     movement_offset: (groups + 1,) uint32
         Where the movements of a group begin in ``movements``.
     movements: (movements of all groups,) uint32
@@ -70,6 +74,9 @@ class LaneGroups(NamedTuple):
     unseen: (links + 1,) float32
         Part of the decision interval in which vehicles can reach the end of a link that are not on
         it yet at its beginning; 0 for the link that stands for none.
+    waves: (links + 1,) float32
+        The same where green at the end of the link is worth a wave: unless asked for everywhere,
+        only where the intersection there has a choice of phases.
     all_seen: (groups,) bool
         Whether all vehicles that reach its end within the interval are on its link already.
     unannounced: (groups,) float32
@@ -79,6 +86,7 @@ class LaneGroups(NamedTuple):
 
     group_offset: IntArray
     phase_offset: IntArray
+    all_stop: BoolArray
     movement_offset: Indices
     movements: Indices
     lanes: Single
@@ -95,6 +103,7 @@ class LaneGroups(NamedTuple):
     movement_ahead: Indices
     in_time_veh: Single
     unseen: Single
+    waves: Single
     all_seen: BoolArray
     unannounced: Single
 
@@ -104,7 +113,7 @@ class LaneGroups(NamedTuple):
         return 2 if self.partly.any() else 1
 
 
-def lane_groups(context: RunContext) -> LaneGroups:
+def lane_groups(context: RunContext, *, waves_everywhere: bool = True) -> LaneGroups:
     """Return the lane groups of a network, with its signal timing and saturation flow (ours)."""
     network, interval_s = context.network, context.decision_interval_s
     width = max(len(item.movements) for item in network.intersections)
@@ -145,6 +154,7 @@ def lane_groups(context: RunContext) -> LaneGroups:
     return LaneGroups(
         group_offset=np.array(group_offset, np.int32),
         phase_offset=np.array(phase_offset, np.int32),
+        all_stop=signal_times(context.timing, network).all_stop,
         movement_offset=_offsets(groups),
         movements=_flat(groups),
         lanes=np.array(lanes, np.float32),
@@ -161,9 +171,16 @@ def lane_groups(context: RunContext) -> LaneGroups:
         movement_ahead=ahead[_flat(groups)],
         in_time_veh=(capacity_veh * unseen[ahead]).astype(np.float32),
         unseen=unseen,
+        waves=unseen if waves_everywhere else np.where(_ends_at_choice(network), unseen, ZERO),
         all_seen=unseen[link] == 0.0,
-        unannounced=np.where(is_fed, np.float32(0.0), unseen)[link],
+        unannounced=np.where(is_fed, ZERO, unseen)[link],
     )
+
+
+def _ends_at_choice(network: RoadNetwork) -> BoolArray:
+    """Tell of every link, and of none, whether an intersection with a choice is at its end."""
+    several = {item.id for item in network.intersections if len(item.phases) > 1}
+    return np.array([*(link.end in several for link in network.links), False])
 
 
 def _sharing_lanes(item: Intersection) -> list[list[int]]:

@@ -269,7 +269,7 @@ def find_waves(groups: LaneGroups, weight: float, scratch: LaneScratch) -> None:
     """Note how much more green is worth, because those who leave find green when they get there."""
     green = scratch.green
     for link in range(green.shape[0]):
-        green[link] *= groups.unseen[link]
+        green[link] *= groups.waves[link]
     for g in range(groups.lanes.shape[0]):
         first, last = groups.movement_offset[g], groups.movement_offset[g + 1]
         ahead = ZERO
@@ -282,7 +282,7 @@ def find_waves(groups: LaneGroups, weight: float, scratch: LaneScratch) -> None:
 
 @kernel
 def note_treatment(
-    groups: LaneGroups, after_switch: float, scratch: LaneScratch, phases: IntArray
+    groups: LaneGroups, after_switch: float, inputs: Inputs, scratch: LaneScratch, phases: IntArray
 ) -> None:
     """Note how the phases that were chosen treat all groups."""
     treatment = scratch.treatment
@@ -290,9 +290,11 @@ def note_treatment(
         treatment[g] = RED
     for i in range(phases.shape[0]):
         phase = groups.phase_offset[i] + phases[i]
+        stops = groups.all_stop[i] and phases[i] != inputs.shown[i]
         for place in range(groups.served_offset[phase], groups.served_offset[phase + 1]):
             g = groups.served[place]
-            wholly = served_wholly(scratch.shown[g], after_switch)
+            shown = RED if stops else scratch.shown[g]
+            wholly = served_wholly(shown, after_switch)
             treatment[g] = PARTLY if groups.partly[place] else wholly
 
 

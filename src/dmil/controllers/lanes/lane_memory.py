@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import Field
 
 from dmil.arrays import Arrays, FloatArray, IntArray
 from dmil.compilation import TypedOnce
@@ -19,6 +20,8 @@ from dmil.controllers.lanes.lane_inputs import (
     LaneScratch,
     ShortTerm,
 )
+from dmil.controllers.lanes.movements import Movements, bytes_remembered, movements_of
+from dmil.controllers.parameters import Settings
 from dmil.controllers.protocol import MemoryUse, RunContext
 from dmil.controllers.rules.shared_lanes import SharedLaneGuard
 from dmil.errors import DivergedError, PolicyError
@@ -29,6 +32,45 @@ from dmil.simulation import Observation
 FIRST_RATE_VEH = 0.5
 """Arrivals per interval and lane before any were counted."""
 NOTHING_OWED = np.zeros(0)
+
+
+class LaneSettings(Settings):
+    """What memories of lanes have in common."""
+
+    approaching: bool = Field(
+        default=True, description="Whether vehicles that arrive within the interval are observed."
+    )
+    expected: float = Field(
+        default=0.3,
+        ge=0,
+        le=1,
+        description="Weight of an unseen vehicle expected within the interval, by the "
+        "announcement of the upstream intersection or the arrival rate; 0: none.",
+    )
+    yields: bool = Field(
+        default=False,
+        description="Whether green counts less for turns that must yield to others with green.",
+    )
+    age: float = Field(
+        default=0.0,
+        ge=0,
+        allow_inf_nan=False,
+        description="What a second of red beyond the usual counts, in vehicles; 0: nothing.",
+    )
+    waves: Literal["everywhere", "choice"] = Field(
+        default="everywhere",
+        description="Where green ahead counts: everywhere, or only where the next intersection "
+        "has a choice of phases.",
+    )
+    guard: bool = Field(
+        default=True,
+        description="Whether red counts more, the longer it lasts, where shared lanes were "
+        "blocked.",
+    )
+    learning: bool = Field(default=True, description="Whether it learns.")
+    rate_step: float = Field(
+        default=0.02, gt=0, le=1, description="β: step of the moving average of arrival rates."
+    )
 
 
 class LaneWork(NamedTuple):
@@ -64,10 +106,10 @@ class LaneMemory(ABC):
     outcomes: ClassVar[tuple[int, ...]] = ()
     """How many rows the table has; and outcomes, where an entry is not a single number."""
 
-    def __init__(self, *, guard: bool) -> None:
+    def __init__(self, settings: LaneSettings) -> None:
         self._table: ResidualTable | None = None
         self._lookups = np.zeros(len(self.sources), np.int64)
-        self._guarded = guard
+        self._lanes = settings
 
     def reset(self, context: RunContext) -> None:
         """Forget the arrivals of the last run; the table stays, on whatever network.
@@ -77,9 +119,10 @@ class LaneMemory(ABC):
         PolicyError
             If lanes are treated in ways here that the table does not know.
         """
-        self._groups = groups = lane_groups(context)
+        own = self._lanes
+        self._groups = groups = lane_groups(context, waves_everywhere=own.waves == "everywhere")
         self._short, self._scratch = _short_term(groups), _scratch(groups, self._lookups)
-        self._guard = SharedLaneGuard(context, enabled=self._guarded)
+        self._guard = SharedLaneGuard(context, enabled=own.guard)
         self._asked: IntArray | None = None
         lost = lost_s(context.timing, context.network)
         columns = 1 + (PARTLY if groups.partly.any() else SWITCHED if lost.any() else KEPT)
@@ -94,7 +137,8 @@ class LaneMemory(ABC):
             )
         # One table serves all intersections: what a change costs there is taken in the mean.
         after_switch = max(0.0, 1.0 - float(lost.mean()) / context.decision_interval_s)
-        self._decides = self._work(groups, after_switch)
+        self._movements = movements_of(context, groups, yields=own.yields, age=own.age > 0)
+        self._decides = self._work(groups, self._movements, after_switch)
 
     @property
     def table(self) -> ResidualTable:
@@ -140,6 +184,7 @@ class LaneMemory(ABC):
         """Return how much is remembered now; what is learned of a row and column is one entry."""
         agents = self._groups.group_offset.size - 1
         short = sum(array.nbytes for array in self._short) + self._guard.bytes_total
+        short += bytes_remembered(self._movements, age=self._lanes.age > 0)
         entries = self.table.entries
         return MemoryUse(
             short_term_entries=self._groups.lanes.size / agents,
@@ -164,12 +209,12 @@ class LaneMemory(ABC):
         self._table = restored_residuals(arrays, self.table)
 
     @abstractmethod
-    def _work(self, groups: LaneGroups, after_switch: float) -> LaneWork:
+    def _work(self, groups: LaneGroups, movements: Movements, after_switch: float) -> LaneWork:
         """Return what decides in a run.
 
         Parameters
         ----------
-        groups
+        groups, movements
             Of the network.
         after_switch
             Part of an interval that is left to a lane whose green begins with it.

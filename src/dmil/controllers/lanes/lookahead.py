@@ -10,12 +10,15 @@ from pydantic import Field
 from dmil.compilation import TypedOnce
 from dmil.controllers.lanes.lane_groups import LaneGroups
 from dmil.controllers.lanes.lane_inputs import STATE_BINS
-from dmil.controllers.lanes.lane_memory import LaneMemory, LaneWork
-from dmil.controllers.lanes.lookahead_choice import OUTCOMES, LookaheadParams, Plans, decide
-from dmil.controllers.parameters import Settings, parameters_of
+from dmil.controllers.lanes.lane_memory import LaneMemory, LaneSettings, LaneWork
+from dmil.controllers.lanes.lane_model import OUTCOMES, LookaheadParams
+from dmil.controllers.lanes.lookahead_apart import make_outlook
+from dmil.controllers.lanes.lookahead_choice import Plans, decide
+from dmil.controllers.lanes.movements import Movements
+from dmil.controllers.parameters import parameters_of
 
 
-class LookaheadSettings(Settings):
+class LookaheadSettings(LaneSettings):
     """Model memory with look-ahead."""
 
     depth: Literal[1, 2] = Field(default=2, description="Decisions of lookahead.")
@@ -39,16 +42,6 @@ class LookaheadSettings(Settings):
         description="Cost of the square of a lane's remaining queue: long queues cost more.",
     )
     discount: float = Field(default=0.9, ge=0, le=1, description="γ.")
-    approaching: bool = Field(
-        default=True, description="Whether vehicles that arrive within the interval are observed."
-    )
-    expected: float = Field(
-        default=0.3,
-        ge=0,
-        le=1,
-        description="Weight of an unseen vehicle expected within the interval, by the "
-        "announcement of the upstream intersection or the arrival rate; 0: none.",
-    )
     later: float = Field(
         default=0.5,
         ge=0,
@@ -59,6 +52,13 @@ class LookaheadSettings(Settings):
     rounds: int = Field(
         default=3, ge=0, le=10, description="Rounds of announcements among neighbours; 0: none."
     )
+    pressure: float = Field(
+        default=0.0,
+        ge=0,
+        allow_inf_nan=False,
+        description="Gain of green per vehicle that waits or comes, in mean vehicles waiting, "
+        "whether or not it can leave in time; 0: none.",
+    )
     wave: float = Field(
         default=1.0,
         ge=0,
@@ -66,12 +66,6 @@ class LookaheadSettings(Settings):
         description="Gain of green if departing vehicles find green ahead by the announcement of "
         "the next intersection, in mean vehicles waiting.",
     )
-    guard: bool = Field(
-        default=True,
-        description="Whether red counts more, the longer it lasts, where shared lanes were "
-        "blocked.",
-    )
-    learning: bool = Field(default=True, description="Whether it learns.")
     trust: float = Field(
         default=5.0,
         ge=0,
@@ -84,9 +78,6 @@ class LookaheadSettings(Settings):
         le=1,
         description="Fraction of the learned next queue that is used; learned costs are used "
         "fully.",
-    )
-    rate_step: float = Field(
-        default=0.02, gt=0, le=1, description="β: step of the moving average of arrival rates."
     )
 
 
@@ -104,9 +95,9 @@ class LookaheadController(LaneMemory):
 
     def __init__(self, settings: LookaheadSettings | None = None) -> None:
         self.settings = settings or LookaheadSettings()
-        super().__init__(guard=self.settings.guard)
+        super().__init__(self.settings)
 
-    def _work(self, groups: LaneGroups, after_switch: float) -> LaneWork:
+    def _work(self, groups: LaneGroups, movements: Movements, after_switch: float) -> LaneWork:
         params = parameters_of(
             LookaheadParams,
             self.settings,
@@ -118,5 +109,7 @@ class LookaheadController(LaneMemory):
             cost=np.zeros((count, effects, effects)),
             effect=np.zeros(count, np.uint8),
             known_veh=np.zeros(count, np.float32),
+            movements=movements,
+            outlook=make_outlook(groups, movements),
         )
         return LaneWork(TypedOnce(decide), params, plans)

@@ -24,50 +24,34 @@ from dmil.controllers.lanes.lane_inputs import (
     expect_by_rate,
     find_waves,
     forget_rejected,
+    green_part,
     note_shown,
     note_treatment,
     served_wholly,
     state_bin,
 )
-from dmil.memory.residuals import (
-    ResidualTable,
-    believed,
-    count_outcome,
-    has_numbers_only,
-    learn_outcome,
+from dmil.controllers.lanes.lane_model import (
+    COST,
+    NEXT,
+    LookaheadParams,
+    corrected,
+    lane_model,
+    left,
+    split_lane_model,
 )
+from dmil.controllers.lanes.lookahead_apart import SAME, Outlook, choose_apart
+from dmil.controllers.lanes.movements import (
+    Movements,
+    look_at_movements,
+    note_vehicles,
+    remember_treatment,
+)
+from dmil.memory.residuals import ResidualTable, count_outcome, has_numbers_only, learn_outcome
 
-COST, NEXT = range(2)
-"""Outcomes of an interval: mean vehicles waiting in it, vehicles queued at its end."""
-OUTCOMES = 2
 UNSERVED, WHOLLY, IN_PART = range(3)
 """What a phase does to a group; with what was before it makes a treatment."""
 NOT_LEARNED_FROM_VEH = 20.0
 """Longest queue that is learned from: beyond, the lane model needs no help."""
-SAME = 1e-4
-"""Costs that differ by less are the same: queues and arrivals are 32-bit numbers."""
-
-
-class LookaheadParams(NamedTuple):
-    """Numbers for the kernel: see `LookaheadSettings`, and `LaneMemory` for ``after_switch``.
-
-    ``plan`` is 0 where it looks one decision ahead only.
-    """
-
-    discount: float
-    terminal: float
-    curvature: float
-    plan: float
-    rounds: int
-    expected: float
-    later: float
-    wave: float
-    trust: float
-    queue_trust: float
-    rate_step: float
-    after_switch: float
-    approaching: bool
-    learning: bool
 
 
 class Plans(NamedTuple):
@@ -82,11 +66,17 @@ class Plans(NamedTuple):
         What the phase that is looked at does.
     known_veh: (groups,) float32
         Expected vehicles without those that are announced.
+    movements: Movements
+        What tells movements apart.
+    outlook: Outlook
+        Working space where they are.
     """
 
     cost: npt.NDArray[np.float64]
     effect: ByteArray
     known_veh: Single
+    movements: Movements
+    outlook: Outlook
 
 
 @kernel
@@ -114,56 +104,51 @@ def decide(
         count_arrivals(
             groups, params.approaching, params.after_switch, params.rate_step, short, scratch
         )
+    look_at_movements(groups, params.age, inputs, scratch, plans.movements)
     expect_by_rate(groups, params.expected, short, scratch)
     for g in range(groups.lanes.shape[0]):
         plans.known_veh[g] = scratch.expected_veh[g]
         scratch.wave[g] = 0.0
-    _predict(groups, params, table, short, scratch, plans)
-    _choose(groups, params.terminal, inputs, plans, phases)
+    _look_ahead(groups, params, table, short, inputs, scratch, plans, phases)
     for _ in range(params.rounds):
         announce(groups, params.approaching, inputs, scratch, phases)
         for g in range(groups.lanes.shape[0]):
             scratch.expected_veh[g] = plans.known_veh[g]
         expect_announced(groups, params.expected, short, scratch)
         find_waves(groups, params.wave, scratch)
-        _predict(groups, params, table, short, scratch, plans)
-        _choose(groups, params.terminal, inputs, plans, phases)
-    note_treatment(groups, params.after_switch, scratch, phases)
-    _learn(groups, params, table, short, inputs, scratch)
+        _look_ahead(groups, params, table, short, inputs, scratch, plans, phases)
+    note_treatment(groups, params.after_switch, inputs, scratch, phases)
+    _learn(groups, params, table, short, inputs, scratch, plans.movements, phases)
     return has_numbers_only(table)
 
 
 @kernel
-def lane_model(
-    queue_veh: float, arrivals_veh: float, flow_veh: float, treatment: int, after_switch: float
-) -> tuple[float, float]:
-    """Return mean vehicles waiting in an interval and vehicles queued at its end (ours).
-
-    A fluid: arrivals come evenly, a queue leaves evenly while there is green. Clearance comes
-    first; a lane that is served in part moves at half its flow.
-
-    Parameters
-    ----------
-    queue_veh, arrivals_veh: float
-        At the beginning and in the interval, per lane.
-    flow_veh: float
-        Vehicles that the lane discharges in an interval of green.
-    treatment, after_switch
-        How it is treated; part of an interval that is green after a switch.
-    """
-    if treatment == RED:
-        return queue_veh + 0.5 * arrivals_veh, queue_veh + arrivals_veh
-    green = 1.0 if treatment == KEPT else after_switch
-    if treatment == PARTLY:
-        flow_veh = 0.5 * flow_veh
-    red = 1.0 - green
-    longest_veh = queue_veh + arrivals_veh * red
-    cost = red * 0.5 * (queue_veh + longest_veh)
-    shrinks_veh = flow_veh - arrivals_veh
-    end_veh = longest_veh - shrinks_veh * green
-    if end_veh >= 0.0:
-        return cost + green * 0.5 * (longest_veh + end_veh), end_veh
-    return cost + 0.5 * longest_veh * longest_veh / shrinks_veh, 0.0
+def _look_ahead(
+    groups: LaneGroups,
+    params: LookaheadParams,
+    table: ResidualTable,
+    short: ShortTerm,
+    inputs: Inputs,
+    scratch: LaneScratch,
+    plans: Plans,
+    phases: IntArray,
+) -> None:
+    """Choose all phases by what is known and announced now."""
+    _predict(groups, params, table, short, scratch, plans)
+    _choose(groups, params.terminal, inputs, plans, phases)
+    if plans.movements.facts.apart.shape[0] > 0:
+        note_vehicles(groups, params.approaching, inputs, scratch, plans.movements)
+        choose_apart(
+            groups,
+            params,
+            table,
+            short,
+            inputs,
+            scratch,
+            plans.movements,
+            plans.outlook,
+            phases,
+        )
 
 
 @kernel
@@ -178,9 +163,7 @@ def _foresee(
     """Return what the lane model says and what was learned beyond it."""
     cost, end_veh = lane_model(queue_veh, arrivals_veh, flow_veh, treatment, params.after_switch)
     row = int(state_bin(queue_veh, arrivals_veh))
-    cost += believed(table, row, treatment, COST, params.trust)
-    end_veh += params.queue_trust * believed(table, row, treatment, NEXT, params.trust)
-    return max(cost, 0.0), max(end_veh, 0.0)
+    return corrected(params, table, row, treatment, cost, end_veh)
 
 
 @kernel
@@ -195,8 +178,11 @@ def _predict(
     """Predict the cost of every group for whatever this and the next phase do to it."""
     effects, after_switch = plans.cost.shape[1], params.after_switch
     for g in range(groups.lanes.shape[0]):
-        flow_veh = groups.lane_veh[g]
+        flow_veh = float(groups.lane_veh[g])
         later_veh = params.later * float(short.rate_veh[g])
+        owed_veh = 0.0
+        for place in range(groups.movement_offset[g], groups.movement_offset[g + 1]):
+            owed_veh += plans.movements.work.owed_veh[groups.movements[place]]
         for now in range(effects):
             treatment = _treatment(now, scratch.shown[g], after_switch)
             cost, end_veh = _foresee(
@@ -209,7 +195,14 @@ def _predict(
             )
             if now != UNSERVED:
                 cost -= float(scratch.wave[g])
-            stays = _left(params, end_veh)
+                # Where a phase serves groups in part, movements are told apart.
+                part = float(green_part(treatment, after_switch))
+                if params.pressure > 0.0:
+                    presses_veh = float(scratch.queue_veh[g] + scratch.expected_veh[g])
+                    cost -= params.pressure * presses_veh * part
+                if params.age > 0.0:
+                    cost -= params.terminal * owed_veh * part / groups.lanes[g]
+            stays = left(params, end_veh)
             for then in range(effects):
                 goes = stays
                 if params.plan > 0.0:
@@ -217,7 +210,7 @@ def _predict(
                     next_cost, last_veh = _foresee(
                         params, table, end_veh, later_veh, flow_veh, treatment
                     )
-                    goes = next_cost + params.discount * _left(params, last_veh)
+                    goes = next_cost + params.discount * left(params, last_veh)
                 # The next decision may be another one, so its plan counts in part.
                 ahead = (1.0 - params.plan) * stays + params.plan * goes
                 plans.cost[g, now, then] = groups.lanes[g] * (cost + params.discount * ahead)
@@ -229,12 +222,6 @@ def _treatment(effect: int, before: int, after_switch: float) -> int:
     if effect == UNSERVED:
         return RED
     return PARTLY if effect == IN_PART else served_wholly(before, after_switch)
-
-
-@kernel
-def _left(params: LookaheadParams, queue_veh: float) -> float:
-    """Return what a queue costs that is left: more than in proportion to its length."""
-    return (params.terminal + params.curvature * queue_veh) * queue_veh
 
 
 @kernel
@@ -280,19 +267,36 @@ def _learn(
     short: ShortTerm,
     inputs: Inputs,
     scratch: LaneScratch,
+    movements: Movements,
+    phases: IntArray,
 ) -> None:
     """Learn what the lane model missed in the interval that ended; keep what was foreseen now."""
-    known = 0
+    facts, memory = movements.facts, movements.memory
+    known, apart = 0, 0
     for i in range(inputs.shown.shape[0]):
         # A rejected request was not executed: nothing is learned of it.
         learns = params.learning and not inputs.first and inputs.shown[i] == inputs.asked[i]
+        told_apart = apart < facts.apart.shape[0] and facts.apart[apart] == i
+        apart += told_apart
         for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
             queue_veh, arrivals_veh = float(short.queue_veh[g]), float(short.expected_veh[g])
             if learns and queue_veh <= NOT_LEARNED_FROM_VEH:
                 row, treated = short.row[g], short.treatment[g]
-                cost, end_veh = lane_model(
-                    queue_veh, arrivals_veh, groups.lane_veh[g], treated, params.after_switch
-                )
+                flow_veh = float(groups.lane_veh[g])
+                if told_apart:
+                    cost, end_veh = split_lane_model(
+                        queue_veh,
+                        arrivals_veh,
+                        flow_veh,
+                        treated,
+                        memory.served[g],
+                        memory.green[g],
+                        params.after_switch,
+                    )
+                else:
+                    cost, end_veh = lane_model(
+                        queue_veh, arrivals_veh, flow_veh, treated, params.after_switch
+                    )
                 learn_outcome(table, row, treated, COST, scratch.waiting_veh[g] - cost)
                 learn_outcome(table, row, treated, NEXT, scratch.queue_veh[g] - end_veh)
                 count_outcome(table, row, treated)
@@ -301,5 +305,7 @@ def _learn(
             short.row[g] = state_bin(float(scratch.queue_veh[g]), float(scratch.expected_veh[g]))
             short.treatment[g] = scratch.treatment[g]
             known += table.times[short.row[g], short.treatment[g]] > 0
+    if params.age > 0.0 or facts.apart.shape[0] > 0:
+        remember_treatment(groups, params.after_switch, inputs, movements, phases)
     scratch.lookups[0] += known
     scratch.lookups[1] += groups.lanes.shape[0] - known

@@ -93,7 +93,9 @@ def meets_with(
     if not crossing.served[phase, movement]:
         return RED
     shown = kept.phase[state]
-    return KEPT if shown >= 0 and crossing.served[shown, movement] else ANEW
+    if shown < 0 or (crossing.rules.all_stop and shown != phase):
+        return ANEW
+    return KEPT if crossing.served[shown, movement] else ANEW
 
 
 @kernel

@@ -14,6 +14,7 @@ from dmil.network.lines import Point
 from dmil.network.model import Intersection, Junction, Link, RoadNetwork
 from dmil.network.naming import phase_name
 from dmil.network.permissions import ClassCounts, driven, makes_no_difference
+from dmil.network.plan_times import stops_all
 from dmil.network.sumo.net_file import read_net_file
 from dmil.network.sumo.plan import crossings_of, plan_of, walk_of
 from dmil.network.sumo.records import Connection, Logic, NetFile, Remark, SumoNetwork, SumoSignals
@@ -181,6 +182,7 @@ def _intersection(
         own_control=plan.own_control,
         phase_names=tuple(phase_name(phase, ways.movements, ways.sides) for phase in plan.phases),
         clearance_s=plan.clearance_s,
+        all_stop=stops_all(plan.program.stages if plan.program else (), untold=False),
         gives_way=gives_way(
             ways, file, logic.id, (*plan.states, *(stage.state for stage in logic.stages))
         ),

@@ -10,7 +10,7 @@ from xml.sax.saxutils import quoteattr
 from dmil.network import Intersection, RoadNetwork
 from dmil.network.sumo import SumoSignals
 from dmil.scenarios import SignalTimes
-from dmil.simulation.sumo.signals import cleared, setting_out, stopped
+from dmil.simulation.sumo.signals import cleared, going_on, setting_out, stopped
 
 PROGRAM_ID = "dmil"
 
@@ -90,5 +90,6 @@ def stages(
             all_red_s = int(times.all_red_s[i, before, after])
             yellow_s = int(times.clearance_s[i, before, after]) - all_red_s
             between = ((yellow_s, "y"), (all_red_s, "r"))
-            found += [(s, cleared(old, new, losing)) for s, losing in between if s]
+            staying = going_on(heads, item.unsignalled) if times.all_stop[i] else None
+            found += [(s, cleared(old, new, losing, staying)) for s, losing in between if s]
     return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -68,7 +68,19 @@ class SignalHeads:
     ) -> None:
         count, _, width = signals.served.shape
         self._signals, self._states, self._times = signals, states, times
-        self._rules = Rules(interval_s, 0, times.clearance_s, times.min_green_s, times.max_green_s)
+        self._rules = Rules(
+            decision_interval_s=interval_s,
+            startup_lost_s=0,
+            clearance_s=times.clearance_s,
+            min_green_s=times.min_green_s,
+            max_green_s=times.max_green_s,
+            all_stop=times.all_stop,
+        )
+        # None where those who have green before and after a change keep it.
+        self._staying = [
+            going_on(each, np.flatnonzero(always).tolist()) if stops else None
+            for each, always, stops in zip(states, signals.unsignalled, times.all_stop, strict=True)
+        ]
         self._later: list[Switch] = []
         self._walks = walks
         self._go_from_s = np.full((count, width), NEVER_S, np.int32)
@@ -114,7 +126,9 @@ class SignalHeads:
                 old = stopped(states[before[i]], self._states[i].crossings)
                 for lasts_s, losing in ((yellow_s, "y"), (all_red_s, "r")):
                     if lasts_s > 0:
-                        switches.append((start_s, name, cleared(old, after, losing)))
+                        switches.append(
+                            (start_s, name, cleared(old, after, losing, self._staying[i]))
+                        )
                         start_s += lasts_s
             switches.append((start_s, name, after))
             switches += [(start_s + s, name, state) for s, state in self._walks[i][self.phase[i]]]
@@ -168,15 +182,26 @@ def setting_out(
     return sorted(ends.items())
 
 
+def going_on(heads: SumoSignals, unsignalled: Iterable[int]) -> frozenset[int]:
+    """Return the letters that no clearance stops: those of movements that always may go (ours)."""
+    return frozenset(letter for movement in unsignalled for letter in heads.links[movement])
+
+
 @lru_cache(maxsize=4096)
-def cleared(before: str, after: str, losing: str) -> str:
+def cleared(before: str, after: str, losing: str, staying: frozenset[int] | None = None) -> str:
     """Return what signals show between the states of two phases (ours).
 
     What is green in both stays green, with right of way only if it has it in both. A letter other
     than green or red, such as a turn after a stop, stays where both phases have it. Those that lose
-    their green see ``losing``: yellow, then red.
+    their green see ``losing``: yellow, then red. If everybody stops, only the letters ``staying``
+    stay green.
     """
-    return "".join(_between(old, new, losing) for old, new in zip(before, after, strict=True))
+    return "".join(
+        losing
+        if old in GREEN and staying is not None and k not in staying
+        else _between(old, new, losing)
+        for k, (old, new) in enumerate(zip(before, after, strict=True))
+    )
 
 
 def _between(old: str, new: str, losing: str) -> str:
