@@ -94,20 +94,20 @@ class PlainLookahead(PlainFactored):
             treatment = self.treatment(group, now)
             served, c = self.treat(i, group, now)
             waits, end = self.foresee(
-                float(group.queue), float(group.expected), treatment, (served, c)
+                float(group.queue), float(group.expected), treatment, served * c
             )
             if treatment != RED:
-                waits -= served * self.wave(group, green)
+                waits -= (1 if treatment == PARTLY else served) * self.wave(group, green)
             cost += group.count * (waits + o["discount"] * (1 - plan) * self.left(end))
-            held = sum(vehicles[j] * (1 - going[j]) for j in group.members)
-            weight = {j: vehicles[j] * going[j] + 0.05 for j in group.members}
+            held = sum(vehicles[j] for j in group.members if not going[j])
+            weight = {j: vehicles[j] * (1.5 - going[j]) + 0.05 for j in group.members if going[j]}
             left = max(0.0, end * group.count - held)
             comes = o["later"] * float(group.rate) * group.count
             share = self.moves.shares(i, group)
             ends[group] = end
             for j in group.members:
-                following[j] = vehicles[j] * (1 - going[j]) + comes * share[j]
-                following[j] += left * weight[j] / sum(weight.values())
+                stays = left * weight[j] / sum(weight.values()) if j in weight else vehicles[j]
+                following[j] = stays + comes * share[j]
         if plan == 0:
             return cost
         then = min(self.cost_then(i, node, now, then, following, ends) for then in node.phases)
@@ -119,10 +119,10 @@ class PlainLookahead(PlainFactored):
             before, covers = self.treatment(group, now), self.coverage(group, then)
             kept = before in (KEPT, SWITCHED) and (now == then or not group.stops)
             switches = covers == KEPT and not kept and self.after_switch < 1
-            part = self.moves.treat(i, group, then, now, vehicles)
+            served, green = self.moves.treat(i, group, then, now, vehicles)
             arrivals = self.options["later"] * float(group.rate)
             treatment = SWITCHED if switches else covers
-            waits, last = self.foresee(ends[group], arrivals, treatment, part)
+            waits, last = self.foresee(ends[group], arrivals, treatment, served * green)
             total += group.count * (waits + self.options["discount"] * self.left(last))
         return total
 
@@ -173,16 +173,9 @@ class PlainLookahead(PlainFactored):
         return max(0.0, cost), max(0.0, end)
 
     def lane_model(self, queue, arrivals, treatment, part=None):
-        if part is None:
+        if part is None or treatment in (RED, PARTLY):
             return fluid(queue, arrivals, self.flow_veh, treatment, self.after_switch)
-        # One part has red, the other green for the part c of the interval.
-        served, c = part
-        flow, red, green = self.flow_veh, (1 - served), served
-        waits, left = fluid(red * queue, red * arrivals, flow, RED, c)
-        if served == 0:
-            return waits, left
-        cost, end = fluid(green * queue, green * arrivals, flow, SWITCHED, c)
-        return waits + cost, left + end
+        return fluid(queue, arrivals, self.flow_veh, SWITCHED, part)
 
     def bins(self, queue, arrivals):
         place = sum(int(queue + 0.5) >= least for least in QUEUE_BINS) - 1
@@ -201,7 +194,8 @@ class PlainLookahead(PlainFactored):
                 treatment = self.treatment(group, node.phases[phases[i]])
                 row = self.bins(float(group.queue), float(group.expected))
                 group.last = row, treatment, group.queue, group.expected
-                group.part = self.treat(i, group, node.phases[phases[i]])
+                served, green = self.treat(i, group, node.phases[phases[i]])
+                group.part = served * green
         self.remember(phases)
 
     def correct(self, row, treatment, errors):

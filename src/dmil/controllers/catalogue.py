@@ -6,7 +6,7 @@ from dmil.controllers.deep import on_demand
 from dmil.controllers.deep import settings as deep
 from dmil.controllers.entry import Entry, Range
 from dmil.controllers.episodic import mfec, plmp
-from dmil.controllers.lanes import factored, lookahead
+from dmil.controllers.lanes import combined, factored, lookahead
 from dmil.controllers.planner import foresight
 from dmil.controllers.rules import baselines, gap_out, sotl, webster
 from dmil.controllers.tabular import dual_memory, sarsa
@@ -96,6 +96,14 @@ CONTROLLERS: dict[str, Entry] = {
         label="foresight (planner)",
         colour="#222222",
         oracle=True,
+    ),
+    "combined": Entry(
+        combined.CombinedController,
+        combined.CombinedSettings,
+        "values of lanes and two decisions of look-ahead; knows yielding, shared lanes, long waits",
+        colour="#A50026",
+        learns=True,
+        online=True,
     ),
     "factored": Entry(
         factored.FactoredController,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple, TypeVar
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 Parameters = TypeVar("Parameters", bound=NamedTuple)
 
@@ -13,6 +13,14 @@ class Settings(BaseModel):
     """What a controller is told; the descriptions of its fields are the command line's help."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+def with_default(kind: type[BaseModel], name: str, default: Any) -> Any:
+    """Return a field of other settings with another default: the same limits and text (ours)."""
+    original = kind.model_fields[name]
+    field: Any = Field(default, description=original.description)
+    field.metadata = list(original.metadata)
+    return field
 
 
 def parameters_of(kind: type[Parameters], settings: BaseModel, **derived: Any) -> Parameters:

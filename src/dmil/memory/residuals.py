@@ -56,8 +56,10 @@ def make_residuals(rows: int, columns: int, *outcomes: int) -> ResidualTable:
     )
 
 
-def restored_residuals(arrays: Arrays, like: ResidualTable) -> ResidualTable:
+def restored_residuals(arrays: Arrays, like: ResidualTable, prefix: str = "") -> ResidualTable:
     """Return a saved table; it may have more columns than the one that it is like.
+
+    The names of its arrays begin with ``prefix``.
 
     Raises
     ------
@@ -65,13 +67,13 @@ def restored_residuals(arrays: Arrays, like: ResidualTable) -> ResidualTable:
         If an array is missing, of another shape, or holds numbers that cannot be.
     """
     rows, columns, *outcomes = like.residual.shape
-    saved = arrays.get("residual")
+    saved = arrays.get(prefix + "residual")
     if saved is not None and saved.ndim == like.residual.ndim:
         columns = max(columns, saved.shape[1])
     like = make_residuals(rows, columns, *outcomes)
     return ResidualTable(
         *(
-            saved_array(arrays, name, array.shape, array.dtype).copy()
+            saved_array(arrays, prefix + name, array.shape, array.dtype).copy()
             for name, array in like._asdict().items()
         )
     )

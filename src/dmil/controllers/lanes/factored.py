@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from pydantic import Field
 
 from dmil.compilation import TypedOnce
@@ -53,7 +55,7 @@ class FactoredController(LaneMemory):
 
     name = "factored"
     sources = ("long-term", "prior")
-    rows = ROWS
+    shapes: ClassVar = {"": (ROWS,)}
 
     def __init__(self, settings: FactoredSettings | None = None) -> None:
         self.settings = settings or FactoredSettings()

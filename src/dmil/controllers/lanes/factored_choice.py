@@ -138,13 +138,8 @@ def decide(
 
     See `LaneWork` for what it takes and returns; table and short-term memory are changed in place.
     """
-    for row in range(gains.learned_more.shape[0]):
-        for treatment in range(1, gains.learned_more.shape[1]):
-            more = table.residual[row, treatment] - table.residual[row, RED]
-            gains.learned_more[row, treatment] = more
     note_shown(groups, inputs, scratch)
-    for g in range(scratch.shown.shape[0]):
-        gains.treatment[0, g] = served_wholly(scratch.shown[g], params.after_switch)
+    look_up(params.after_switch, table, scratch, gains)
     aggregate(groups, params.approaching, inputs, scratch)
     if not inputs.first:
         forget_rejected(groups, inputs, short)
@@ -155,20 +150,45 @@ def decide(
     expect_by_rate(groups, params.expected, short, scratch)
     for g in range(scratch.wave.shape[0]):
         scratch.wave[g] = ZERO
-    _weigh(groups, params, short, scratch, gains)
-    _choose(groups, params, inputs, scratch, gains, phases)
+    add_up_gains(groups, params, short, inputs, scratch, gains)
+    choose(inputs, gains, phases)
     if params.expected > 0.0 or params.wave > 0.0:
         announce(groups, params.approaching, inputs, scratch, phases)
         expect_announced(groups, params.expected, short, scratch)
-        _weigh(groups, params, short, scratch, gains)
         find_waves(groups, params.vehicle * params.wave, scratch)
-        _add_waves(groups, scratch, gains)
-        _choose(groups, params, inputs, scratch, gains, phases)
+        add_up_gains(groups, params, short, inputs, scratch, gains)
+        choose(inputs, gains, phases)
     note_treatment(groups, params.after_switch, inputs, scratch, phases)
+    learn_values(groups, params, table, short, inputs, scratch, gains, phases)
+    return has_numbers_only(table)
+
+
+@kernel
+def look_up(after_switch: float, table: ResidualTable, scratch: LaneScratch, gains: Gains) -> None:
+    """Prepare what was learned and how phases may treat groups, after `note_shown`."""
+    for row in range(gains.learned_more.shape[0]):
+        for treatment in range(1, gains.learned_more.shape[1]):
+            more = table.residual[row, treatment] - table.residual[row, RED]
+            gains.learned_more[row, treatment] = more
+    for g in range(scratch.shown.shape[0]):
+        gains.treatment[0, g] = served_wholly(scratch.shown[g], after_switch)
+
+
+@kernel
+def learn_values(
+    groups: LaneGroups,
+    params: FactoredParams,
+    table: ResidualTable,
+    short: ShortTerm,
+    inputs: Inputs,
+    scratch: LaneScratch,
+    gains: Gains,
+    phases: IntArray,
+) -> None:
+    """Learn from the interval that ended, after `note_treatment`; keep what the next one needs."""
     _prepare_errors(groups, params, inputs, short, scratch, gains, phases)
     _learn(groups, params, table, short, inputs, scratch, gains)
     _remember(short, scratch)
-    return has_numbers_only(table)
 
 
 @kernel
@@ -191,7 +211,8 @@ def _weigh(
             believed = vehicle * waiting_veh * green_part(treatment[g], after_switch)
             # No further from the prior than is trusted.
             most = trust * believed + trust_veh
-            gain[g] = groups.lanes[g] * (believed + min(max(learned[g], -most), most))
+            advantage = believed + min(max(learned[g], -most), most)
+            gain[g] = groups.lanes[g] * advantage + groups.lanes[g] * scratch.wave[g]
     if params.age > 0.0:
         owed_veh = gains.movements.work.owed_veh
         for g in range(count):
@@ -213,32 +234,28 @@ def _row(queue_veh: Real, expected_veh: Real, rate_veh: Real) -> Whole:
 
 
 @kernel
-def _add_waves(groups: LaneGroups, scratch: LaneScratch, gains: Gains) -> None:
-    """Let green count more for those who will find green ahead when they get there."""
-    count = groups.lanes.shape[0]
-    for way in range(gains.treatment.shape[0]):
-        gain = gains.gain[way * count : (way + 1) * count]
-        for g in range(count):
-            gain[g] += groups.lanes[g] * scratch.wave[g]
-
-
-@kernel
-def _choose(
+def add_up_gains(
     groups: LaneGroups,
     params: FactoredParams,
+    short: ShortTerm,
     inputs: Inputs,
     scratch: LaneScratch,
     gains: Gains,
-    phases: IntArray,
 ) -> None:
-    """Choose for every intersection the phase with the highest sum of gains."""
-    highest, total = gains.highest, gains.total
-    for phase in range(total.shape[0]):
-        _add_up(groups.served_block[:, phase], gains.gain, total[phase])
+    """Find what all phases gain by what is known and announced now."""
+    _weigh(groups, params, short, scratch, gains)
+    for phase in range(gains.total.shape[0]):
+        _add_up(groups.served_block[:, phase], gains.gain, gains.total[phase])
     if gains.movements.facts.apart.shape[0] > 0:
         _add_up_apart(groups, params, inputs, scratch, gains)
     if inputs.owed_veh.shape[0] > 0:
-        _add_owed(groups, params.vehicle, inputs.owed_veh, total)
+        _add_owed(groups, params.vehicle, inputs.owed_veh, gains.total)
+
+
+@kernel
+def choose(inputs: Inputs, gains: Gains, phases: IntArray) -> None:
+    """Choose for every intersection the phase with the highest sum of gains."""
+    highest, total = gains.highest, gains.total
     for i in range(phases.shape[0]):
         phases[i] = 0
         highest[i] = -np.float32(np.inf)
@@ -339,7 +356,7 @@ def _prepare_errors(
         error[g] -= discount * left * (scratch.queue_veh[g] + scratch.expected_veh[g])
     movements = gains.movements
     facts, memory = movements.facts, movements.memory
-    if facts.apart.shape[0] == 0 and params.age == 0.0:
+    if facts.apart.shape[0] == 0:
         return
     for at in range(facts.apart.shape[0]):
         i = facts.apart[at]

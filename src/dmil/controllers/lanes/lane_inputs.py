@@ -267,14 +267,12 @@ def expect_announced(
 @kernel
 def find_waves(groups: LaneGroups, weight: float, scratch: LaneScratch) -> None:
     """Note how much more green is worth, because those who leave find green when they get there."""
-    green = scratch.green
-    for link in range(green.shape[0]):
-        green[link] *= groups.waves[link]
     for g in range(groups.lanes.shape[0]):
         first, last = groups.movement_offset[g], groups.movement_offset[g + 1]
         ahead = ZERO
         for place in range(first, last):
-            ahead += green[groups.movement_ahead[place]]
+            link = groups.movement_ahead[place]
+            ahead += scratch.green[link] * groups.waves[link]
         waits = scratch.queue_veh[g] + scratch.expected_veh[g] > ZERO
         wave = np.float32(weight) * ahead / np.float32(last - first)
         scratch.wave[g] = wave if waits else ZERO

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -29,6 +30,7 @@ from dmil.memory.residuals import ResidualTable, make_residuals, restored_residu
 from dmil.scenarios import lost_s
 from dmil.simulation import Observation
 
+Waves = Literal["everywhere", "choice"]
 FIRST_RATE_VEH = 0.5
 """Arrivals per interval and lane before any were counted."""
 NOTHING_OWED = np.zeros(0)
@@ -57,7 +59,7 @@ class LaneSettings(Settings):
         allow_inf_nan=False,
         description="What a second of red beyond the usual counts, in vehicles; 0: nothing.",
     )
-    waves: Literal["everywhere", "choice"] = Field(
+    waves: Waves = Field(
         default="everywhere",
         description="Where green ahead counts: everywhere, or only where the next intersection "
         "has a choice of phases.",
@@ -102,12 +104,12 @@ class LaneMemory(ABC):
     sources: ClassVar[tuple[str, str]]
     """Where an entry came from: it had been learned, or it had not."""
 
-    rows: ClassVar[int]
-    outcomes: ClassVar[tuple[int, ...]] = ()
-    """How many rows the table has; and outcomes, where an entry is not a single number."""
+    shapes: ClassVar[Mapping[str, tuple[int, ...]]]
+    """Rows of every table, and outcomes where an entry is not a single number; by the prefix that
+    its arrays have where they are saved."""
 
     def __init__(self, settings: LaneSettings) -> None:
-        self._table: ResidualTable | None = None
+        self._tables: dict[str, ResidualTable] = {}
         self._lookups = np.zeros(len(self.sources), np.int64)
         self._lanes = settings
 
@@ -126,11 +128,15 @@ class LaneMemory(ABC):
         self._asked: IntArray | None = None
         lost = lost_s(context.timing, context.network)
         columns = 1 + (PARTLY if groups.partly.any() else SWITCHED if lost.any() else KEPT)
-        if self._table is None:
-            self._table = make_residuals(self.rows, columns, *self.outcomes)
-        elif self._table.residual.shape[1] < columns:
+        if not self._tables:
+            self._tables = {
+                prefix: make_residuals(rows, columns, *outcomes)
+                for prefix, (rows, *outcomes) in self.shapes.items()
+            }
+        known = min(table.residual.shape[1] for table in self._tables.values())
+        if known < columns:
             raise PolicyError(
-                f"it knows {self._table.residual.shape[1]} of {columns} ways to treat a lane",
+                f"it knows {known} of {columns} ways to treat a lane",
                 where=f"memory of '{self.name}' on network '{context.network.name}'",
                 expected="a memory that has learned where signals lose time as here",
                 mend="train it on this network, with its signal timing",
@@ -142,9 +148,13 @@ class LaneMemory(ABC):
 
     @property
     def table(self) -> ResidualTable:
-        """The long-term memory."""
-        assert self._table is not None, "reset comes before anything else"
-        return self._table
+        """The long-term memory; the first of its tables."""
+        assert self._tables, "reset comes before anything else"
+        return next(iter(self._tables.values()))
+
+    def _learned(self) -> Any:
+        """Return what the kernel takes as the table."""
+        return self.table
 
     def decide(self, observation: Observation, reward: FloatArray | None) -> IntArray:
         """Choose all phases, neighbours announcing theirs, and learn from the last choice.
@@ -169,7 +179,14 @@ class LaneMemory(ABC):
         )
         kernel, params, space = self._decides
         numbers_only = kernel(
-            self._groups, params, self.table, self._short, inputs, self._scratch, space, phases
+            self._groups,
+            params,
+            self._learned(),
+            self._short,
+            inputs,
+            self._scratch,
+            space,
+            phases,
         )
         if not numbers_only:
             raise DivergedError(self.name, "residuals of lanes", observation.time_s)
@@ -185,28 +202,35 @@ class LaneMemory(ABC):
         agents = self._groups.group_offset.size - 1
         short = sum(array.nbytes for array in self._short) + self._guard.bytes_total
         short += bytes_remembered(self._movements, age=self._lanes.age > 0)
-        entries = self.table.entries
+        entries = sum(table.entries for table in self._tables.values())
         return MemoryUse(
             short_term_entries=self._groups.lanes.size / agents,
             long_term_entries=float(entries),
             msize=float(entries),
             entries_total=entries + self._groups.lanes.size,
-            bytes_total=self.table.bytes_total + short,
+            bytes_total=sum(table.bytes_total for table in self._tables.values()) + short,
         )
 
     def arrays(self) -> Arrays:
-        """Return the table."""
-        return {name: array.copy() for name, array in self.table._asdict().items()}
+        """Return the tables."""
+        return {
+            prefix + name: array.copy()
+            for prefix, table in self._tables.items()
+            for name, array in table._asdict().items()
+        }
 
     def restore(self, arrays: Arrays) -> None:
-        """Replace the table.
+        """Replace the tables.
 
         Raises
         ------
         PolicyError
-            If the arrays are not those of such a table.
+            If the arrays are not those of such tables.
         """
-        self._table = restored_residuals(arrays, self.table)
+        self._tables = {
+            prefix: restored_residuals(arrays, table, prefix)
+            for prefix, table in self._tables.items()
+        }
 
     @abstractmethod
     def _work(self, groups: LaneGroups, movements: Movements, after_switch: float) -> LaneWork:

@@ -27,7 +27,6 @@ class LookaheadParams(NamedTuple):
     expected: float
     later: float
     wave: float
-    pressure: float
     age: float
     trust: float
     queue_trust: float
@@ -60,43 +59,17 @@ def lane_model(
     green = 1.0 if treatment == KEPT else after_switch
     if treatment == PARTLY:
         flow_veh = 0.5 * flow_veh
-    return _discharge(queue_veh, arrivals_veh, flow_veh, green)
+    return clear(queue_veh, arrivals_veh, flow_veh, green)
 
 
 @kernel
-def split_lane_model(
-    queue_veh: float,
-    arrivals_veh: float,
-    flow_veh: float,
-    treatment: int,
-    served: float,
-    green: float,
-    after_switch: float,
-) -> tuple[float, float]:
-    """Return the same where some of the vehicles that have green must yield, as at red (ours).
-
-    Parameters
-    ----------
-    queue_veh, arrivals_veh, flow_veh, treatment, after_switch
-        See `lane_model`; where a phase serves movements of a lane in part, it is that.
-    served, green: float
-        φ and c, see `dmil.controllers.lanes.movements`.
-    """
-    if treatment == PARTLY:
-        return lane_model(queue_veh, arrivals_veh, flow_veh, treatment, after_switch)
-    cost = (1.0 - served) * (queue_veh + 0.5 * arrivals_veh)
-    end_veh = (1.0 - served) * (queue_veh + arrivals_veh)
-    if served > 0.0:
-        waits, left_veh = _discharge(served * queue_veh, served * arrivals_veh, flow_veh, green)
-        cost += waits
-        end_veh += left_veh
-    return cost, end_veh
-
-
-@kernel
-def _discharge(
+def clear(
     queue_veh: float, arrivals_veh: float, flow_veh: float, green: float
 ) -> tuple[float, float]:
+    """Return the same of a lane that has red first, then green for a part of the interval (ours).
+
+    Whoever yields goes when the others are through: to them that is red, too.
+    """
     red = 1.0 - green
     longest_veh = queue_veh + arrivals_veh * red
     cost = red * 0.5 * (queue_veh + longest_veh)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
-import numpy as np
 from pydantic import Field
 
 from dmil.compilation import TypedOnce
@@ -12,8 +11,7 @@ from dmil.controllers.lanes.lane_groups import LaneGroups
 from dmil.controllers.lanes.lane_inputs import STATE_BINS
 from dmil.controllers.lanes.lane_memory import LaneMemory, LaneSettings, LaneWork
 from dmil.controllers.lanes.lane_model import OUTCOMES, LookaheadParams
-from dmil.controllers.lanes.lookahead_apart import make_outlook
-from dmil.controllers.lanes.lookahead_choice import Plans, decide
+from dmil.controllers.lanes.lookahead_choice import decide, make_plans
 from dmil.controllers.lanes.movements import Movements
 from dmil.controllers.parameters import parameters_of
 
@@ -52,13 +50,6 @@ class LookaheadSettings(LaneSettings):
     rounds: int = Field(
         default=3, ge=0, le=10, description="Rounds of announcements among neighbours; 0: none."
     )
-    pressure: float = Field(
-        default=0.0,
-        ge=0,
-        allow_inf_nan=False,
-        description="Gain of green per vehicle that waits or comes, in mean vehicles waiting, "
-        "whether or not it can leave in time; 0: none.",
-    )
     wave: float = Field(
         default=1.0,
         ge=0,
@@ -91,7 +82,7 @@ class LookaheadController(LaneMemory):
 
     name = "lookahead"
     sources = ("learned", "lane model")
-    rows, outcomes = STATE_BINS, (OUTCOMES,)
+    shapes: ClassVar = {"": (STATE_BINS, OUTCOMES)}
 
     def __init__(self, settings: LookaheadSettings | None = None) -> None:
         self.settings = settings or LookaheadSettings()
@@ -104,12 +95,4 @@ class LookaheadController(LaneMemory):
             plan=self.settings.plan if self.settings.depth == 2 else 0.0,
             after_switch=after_switch,
         )
-        count, effects = groups.lanes.size, 3 if groups.partly.any() else 2
-        plans = Plans(
-            cost=np.zeros((count, effects, effects)),
-            effect=np.zeros(count, np.uint8),
-            known_veh=np.zeros(count, np.float32),
-            movements=movements,
-            outlook=make_outlook(groups, movements),
-        )
-        return LaneWork(TypedOnce(decide), params, plans)
+        return LaneWork(TypedOnce(decide), params, make_plans(groups, movements))

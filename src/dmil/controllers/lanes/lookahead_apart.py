@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmil.arrays import ByteArray, FloatArray, IntArray
+from dmil.arrays import ByteArray, FloatArray
 from dmil.compilation import kernel
 from dmil.controllers.lanes.lane_groups import LaneGroups
 from dmil.controllers.lanes.lane_inputs import (
@@ -21,9 +21,10 @@ from dmil.controllers.lanes.lane_inputs import (
 )
 from dmil.controllers.lanes.lane_model import (
     LookaheadParams,
+    clear,
     corrected,
+    lane_model,
     left,
-    split_lane_model,
 )
 from dmil.controllers.lanes.movements import (
     SMALLEST_SHARE_VEH,
@@ -36,8 +37,8 @@ from dmil.controllers.lanes.movements import (
 )
 from dmil.memory.residuals import ResidualTable
 
-SAME = 1e-4
-"""Costs that differ by less are the same: queues and arrivals are 32-bit numbers."""
+YIELDING_STAY = 1.5
+"""Of those left on a lane a vehicle is one with weight 1.5 − y: who yields leaves later."""
 
 
 class Outlook(NamedTuple):
@@ -71,7 +72,7 @@ def make_outlook(groups: LaneGroups, movements: Movements) -> Outlook:
 
 
 @kernel
-def choose_apart(
+def add_up_apart(
     groups: LaneGroups,
     params: LookaheadParams,
     table: ResidualTable,
@@ -80,9 +81,9 @@ def choose_apart(
     scratch: LaneScratch,
     movements: Movements,
     outlook: Outlook,
-    phases: IntArray,
+    total: FloatArray,
 ) -> None:
-    """Choose, where movements are told apart, the first phase of the pair with the least cost."""
+    """Find what phases cost with the best one after it, where movements are told apart."""
     facts, width = movements.facts, movements.facts.light.shape[1]
     for at in range(facts.apart.shape[0]):
         i = facts.apart[at]
@@ -91,23 +92,38 @@ def choose_apart(
             outlook.then.vehicles[movement] = movements.work.vehicles[movement]
         first, last = groups.phase_offset[i], groups.phase_offset[i + 1]
         before = shown_phase(groups, inputs, i)
-        best, lowest = 0, np.inf
         for now in range(first, last):
             cost = _begin(groups, params, table, short, scratch, movements, outlook, i, now, before)
-            if inputs.owed_veh.shape[0] > 0:
-                for place in range(groups.flow_offset[now], groups.flow_offset[now + 1]):
-                    cost -= params.terminal * inputs.owed_veh[groups.flows[place]]
             if params.plan > 0.0:
                 least = np.inf
                 for then in range(first, last):
                     goes_on = _go_on(groups, params, table, short, movements, outlook, i, then, now)
                     least = min(least, goes_on)
                 cost += params.discount * params.plan * least
-            # Of equally good phases the one shown stays.
-            shown = now == before
-            if cost < lowest - SAME or (shown and cost < lowest + SAME):
-                best, lowest = now - first, cost
-        phases[i] = best
+            total[now - first, i] = cost
+
+
+@kernel
+def _foresee(
+    groups: LaneGroups,
+    params: LookaheadParams,
+    table: ResidualTable,
+    work: MovementWork,
+    g: int,
+    treatment: int,
+    queue_veh: float,
+    arrivals_veh: float,
+) -> tuple[float, float]:
+    """Return what a group comes to, after `treat`: by the lane model and what was learned."""
+    flow_veh = float(groups.lane_veh[g])
+    if treatment in (RED, PARTLY):
+        cost, end_veh = lane_model(
+            queue_veh, arrivals_veh, flow_veh, treatment, params.after_switch
+        )
+    else:
+        cost, end_veh = clear(queue_veh, arrivals_veh, flow_veh, work.served[g] * work.green[g])
+    row = int(state_bin(queue_veh, arrivals_veh))
+    return corrected(params, table, row, treatment, cost, end_veh)
 
 
 @kernel
@@ -141,21 +157,11 @@ def _begin(
     for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
         queue_veh, arrivals_veh = float(scratch.queue_veh[g]), float(scratch.expected_veh[g])
         treatment = outlook.treatment[g]
-        waits, end_veh = split_lane_model(
-            queue_veh,
-            arrivals_veh,
-            float(groups.lane_veh[g]),
-            treatment,
-            work.served[g],
-            work.green[g],
-            after_switch,
+        waits, end_veh = _foresee(
+            groups, params, table, work, g, treatment, queue_veh, arrivals_veh
         )
-        row = int(state_bin(queue_veh, arrivals_veh))
-        waits, end_veh = corrected(params, table, row, treatment, waits, end_veh)
         if treatment != RED:
             waits -= float(scratch.wave[g]) * (1.0 if treatment == PARTLY else work.served[g])
-            part = work.served[g] * work.green[g]
-            waits -= params.pressure * (queue_veh + arrivals_veh) * part
         outlook.end_veh[g] = end_veh
         cost += groups.lanes[g] * (waits + params.discount * stays * left(params, end_veh))
         _leave(groups, params, short, movements, outlook, g)
@@ -177,19 +183,21 @@ def _leave(
     held, going, shares = 0.0, 0.0, 0.0
     for place in range(groups.movement_offset[g], groups.movement_offset[g + 1]):
         movement = groups.movements[place]
-        held += work.vehicles[movement] * (1.0 - work.goes[movement])
-        going += work.vehicles[movement] * work.goes[movement] + SMALLEST_SHARE_VEH
+        if work.goes[movement] == 0.0:
+            held += work.vehicles[movement]
+        else:
+            stays = YIELDING_STAY - work.goes[movement]
+            going += work.vehicles[movement] * stays + SMALLEST_SHARE_VEH
         shares += seen_veh[movement] + SMALLEST_SHARE_VEH
     left_of_going = max(0.0, outlook.end_veh[g] * lanes - held)
     for place in range(groups.movement_offset[g], groups.movement_offset[g + 1]):
         movement = groups.movements[place]
         there, goes = work.vehicles[movement], work.goes[movement]
         share = (seen_veh[movement] + SMALLEST_SHARE_VEH) / shares
-        outlook.then.vehicles[movement] = (
-            there * (1.0 - goes)
-            + left_of_going * (there * goes + SMALLEST_SHARE_VEH) / going
-            + later_veh * lanes * share
-        )
+        if goes > 0.0:
+            weight = there * (YIELDING_STAY - goes) + SMALLEST_SHARE_VEH
+            there = left_of_going * weight / going
+        outlook.then.vehicles[movement] = there + later_veh * lanes * share
 
 
 @kernel
@@ -219,16 +227,8 @@ def _go_on(
     cost = 0.0
     for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
         queue_veh, arrivals_veh = outlook.end_veh[g], params.later * float(short.rate_veh[g])
-        waits, end_veh = split_lane_model(
-            queue_veh,
-            arrivals_veh,
-            float(groups.lane_veh[g]),
-            treated[g],
-            work.served[g],
-            work.green[g],
-            after_switch,
+        waits, end_veh = _foresee(
+            groups, params, table, work, g, treated[g], queue_veh, arrivals_veh
         )
-        row = int(state_bin(queue_veh, arrivals_veh))
-        waits, end_veh = corrected(params, table, row, treated[g], waits, end_veh)
         cost += groups.lanes[g] * (waits + params.discount * left(params, end_veh))
     return cost

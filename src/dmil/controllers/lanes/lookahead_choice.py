@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dmil.arrays import ByteArray, IntArray, Single
+from dmil.arrays import ByteArray, FloatArray, IntArray, Single
 from dmil.compilation import kernel
 from dmil.controllers.lanes.lane_groups import LaneGroups
 from dmil.controllers.lanes.lane_inputs import (
@@ -34,12 +34,12 @@ from dmil.controllers.lanes.lane_model import (
     COST,
     NEXT,
     LookaheadParams,
+    clear,
     corrected,
     lane_model,
     left,
-    split_lane_model,
 )
-from dmil.controllers.lanes.lookahead_apart import SAME, Outlook, choose_apart
+from dmil.controllers.lanes.lookahead_apart import Outlook, add_up_apart, make_outlook
 from dmil.controllers.lanes.movements import (
     Movements,
     look_at_movements,
@@ -52,6 +52,10 @@ UNSERVED, WHOLLY, IN_PART = range(3)
 """What a phase does to a group; with what was before it makes a treatment."""
 NOT_LEARNED_FROM_VEH = 20.0
 """Longest queue that is learned from: beyond, the lane model needs no help."""
+
+
+SAME = 1e-4
+"""Costs that differ by less are the same: queues and arrivals are 32-bit numbers."""
 
 
 class Plans(NamedTuple):
@@ -70,6 +74,8 @@ class Plans(NamedTuple):
         What tells movements apart.
     outlook: Outlook
         Working space where they are.
+    total: (most phases, intersections) float64
+        What a phase and the best one after it cost; infinity for a phase that does not exist.
     """
 
     cost: npt.NDArray[np.float64]
@@ -77,6 +83,21 @@ class Plans(NamedTuple):
     known_veh: Single
     movements: Movements
     outlook: Outlook
+    total: FloatArray
+
+
+def make_plans(groups: LaneGroups, movements: Movements) -> Plans:
+    """Return working space for a network."""
+    count, effects = groups.lanes.size, 3 if groups.partly.any() else 2
+    _, phases, agents = groups.served_block.shape
+    return Plans(
+        cost=np.zeros((count, effects, effects)),
+        effect=np.zeros(count, np.uint8),
+        known_veh=np.zeros(count, np.float32),
+        movements=movements,
+        outlook=make_outlook(groups, movements),
+        total=np.full((phases, agents), np.inf),
+    )
 
 
 @kernel
@@ -109,21 +130,26 @@ def decide(
     for g in range(groups.lanes.shape[0]):
         plans.known_veh[g] = scratch.expected_veh[g]
         scratch.wave[g] = 0.0
-    _look_ahead(groups, params, table, short, inputs, scratch, plans, phases)
+    add_up_costs(groups, params, table, short, inputs, scratch, plans)
+    _choose(groups, params.terminal, inputs, plans, phases)
     for _ in range(params.rounds):
         announce(groups, params.approaching, inputs, scratch, phases)
         for g in range(groups.lanes.shape[0]):
             scratch.expected_veh[g] = plans.known_veh[g]
         expect_announced(groups, params.expected, short, scratch)
         find_waves(groups, params.wave, scratch)
-        _look_ahead(groups, params, table, short, inputs, scratch, plans, phases)
+        add_up_costs(groups, params, table, short, inputs, scratch, plans)
+        _choose(groups, params.terminal, inputs, plans, phases)
     note_treatment(groups, params.after_switch, inputs, scratch, phases)
-    _learn(groups, params, table, short, inputs, scratch, plans.movements, phases)
+    learn_model(groups, params, table, short, inputs, scratch, plans.movements)
+    _remember(groups, table, short, scratch)
+    if plans.movements.facts.apart.shape[0] > 0:
+        remember_treatment(groups, params.after_switch, inputs, plans.movements, phases)
     return has_numbers_only(table)
 
 
 @kernel
-def _look_ahead(
+def add_up_costs(
     groups: LaneGroups,
     params: LookaheadParams,
     table: ResidualTable,
@@ -131,14 +157,13 @@ def _look_ahead(
     inputs: Inputs,
     scratch: LaneScratch,
     plans: Plans,
-    phases: IntArray,
 ) -> None:
-    """Choose all phases by what is known and announced now."""
+    """Find what all phases cost by what is known and announced now."""
     _predict(groups, params, table, short, scratch, plans)
-    _choose(groups, params.terminal, inputs, plans, phases)
+    _add_up_pairs(groups, plans)
     if plans.movements.facts.apart.shape[0] > 0:
         note_vehicles(groups, params.approaching, inputs, scratch, plans.movements)
-        choose_apart(
+        add_up_apart(
             groups,
             params,
             table,
@@ -147,7 +172,7 @@ def _look_ahead(
             scratch,
             plans.movements,
             plans.outlook,
-            phases,
+            plans.total,
         )
 
 
@@ -195,12 +220,9 @@ def _predict(
             )
             if now != UNSERVED:
                 cost -= float(scratch.wave[g])
-                # Where a phase serves groups in part, movements are told apart.
-                part = float(green_part(treatment, after_switch))
-                if params.pressure > 0.0:
-                    presses_veh = float(scratch.queue_veh[g] + scratch.expected_veh[g])
-                    cost -= params.pressure * presses_veh * part
                 if params.age > 0.0:
+                    # Where a phase serves groups in part, movements are told apart.
+                    part = float(green_part(treatment, after_switch))
                     cost -= params.terminal * owed_veh * part / groups.lanes[g]
             stays = left(params, end_veh)
             for then in range(effects):
@@ -225,14 +247,11 @@ def _treatment(effect: int, before: int, after_switch: float) -> int:
 
 
 @kernel
-def _choose(
-    groups: LaneGroups, vehicle: float, inputs: Inputs, plans: Plans, phases: IntArray
-) -> None:
-    """Choose for every intersection the first phase of the pair with the least cost."""
+def _add_up_pairs(groups: LaneGroups, plans: Plans) -> None:
+    """Find what every phase costs with the best one after it."""
     cost, effect = plans.cost, plans.effect
-    for i in range(phases.shape[0]):
+    for i in range(plans.total.shape[1]):
         first, last = groups.phase_offset[i], groups.phase_offset[i + 1]
-        best, lowest = 0, np.inf
         for now in range(first, last):
             unserved = 0.0
             for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
@@ -241,9 +260,6 @@ def _choose(
                 effect[groups.served[place]] = IN_PART if groups.partly[place] else WHOLLY
             for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
                 unserved += cost[g, effect[g], UNSERVED]
-            if inputs.owed_veh.shape[0] > 0:
-                for place in range(groups.flow_offset[now], groups.flow_offset[now + 1]):
-                    unserved -= vehicle * inputs.owed_veh[groups.flows[place]]
             least = np.inf
             for then in range(first, last):
                 saved = 0.0
@@ -252,15 +268,32 @@ def _choose(
                     served = IN_PART if groups.partly[place] else WHOLLY
                     saved += cost[g, effect[g], UNSERVED] - cost[g, effect[g], served]
                 least = min(least, unserved - saved)
+            plans.total[now - first, i] = least
+
+
+@kernel
+def _choose(
+    groups: LaneGroups, vehicle: float, inputs: Inputs, plans: Plans, phases: IntArray
+) -> None:
+    """Choose for every intersection the phase that costs least with the best one after it."""
+    for i in range(phases.shape[0]):
+        first = groups.phase_offset[i]
+        best, lowest = 0, np.inf
+        for now in range(groups.phase_offset[i + 1] - first):
+            cost = plans.total[now, i]
+            if inputs.owed_veh.shape[0] > 0:
+                begin, end = groups.flow_offset[first + now : first + now + 2]
+                for place in range(begin, end):
+                    cost -= vehicle * inputs.owed_veh[groups.flows[place]]
             # Of equally good phases the one shown stays.
-            shown = now - first == inputs.shown[i]
-            if least < lowest - SAME or (shown and least < lowest + SAME):
-                best, lowest = now - first, least
+            shown = now == inputs.shown[i]
+            if cost < lowest - SAME or (shown and cost < lowest + SAME):
+                best, lowest = now, cost
         phases[i] = best
 
 
 @kernel
-def _learn(
+def learn_model(
     groups: LaneGroups,
     params: LookaheadParams,
     table: ResidualTable,
@@ -268,44 +301,48 @@ def _learn(
     inputs: Inputs,
     scratch: LaneScratch,
     movements: Movements,
-    phases: IntArray,
 ) -> None:
-    """Learn what the lane model missed in the interval that ended; keep what was foreseen now."""
+    """Learn what the lane model missed in the interval that ended."""
     facts, memory = movements.facts, movements.memory
-    known, apart = 0, 0
+    apart = 0
     for i in range(inputs.shown.shape[0]):
-        # A rejected request was not executed: nothing is learned of it.
-        learns = params.learning and not inputs.first and inputs.shown[i] == inputs.asked[i]
         told_apart = apart < facts.apart.shape[0] and facts.apart[apart] == i
         apart += told_apart
+        # A rejected request was not executed: nothing is learned of it.
+        if not params.learning or inputs.first or inputs.shown[i] != inputs.asked[i]:
+            continue
         for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
             queue_veh, arrivals_veh = float(short.queue_veh[g]), float(short.expected_veh[g])
-            if learns and queue_veh <= NOT_LEARNED_FROM_VEH:
-                row, treated = short.row[g], short.treatment[g]
-                flow_veh = float(groups.lane_veh[g])
-                if told_apart:
-                    cost, end_veh = split_lane_model(
-                        queue_veh,
-                        arrivals_veh,
-                        flow_veh,
-                        treated,
-                        memory.served[g],
-                        memory.green[g],
-                        params.after_switch,
-                    )
-                else:
-                    cost, end_veh = lane_model(
-                        queue_veh, arrivals_veh, flow_veh, treated, params.after_switch
-                    )
-                learn_outcome(table, row, treated, COST, scratch.waiting_veh[g] - cost)
-                learn_outcome(table, row, treated, NEXT, scratch.queue_veh[g] - end_veh)
-                count_outcome(table, row, treated)
-            short.queue_veh[g] = scratch.queue_veh[g]
-            short.expected_veh[g] = scratch.expected_veh[g]
-            short.row[g] = state_bin(float(scratch.queue_veh[g]), float(scratch.expected_veh[g]))
-            short.treatment[g] = scratch.treatment[g]
-            known += table.times[short.row[g], short.treatment[g]] > 0
-    if params.age > 0.0 or facts.apart.shape[0] > 0:
-        remember_treatment(groups, params.after_switch, inputs, movements, phases)
+            if queue_veh > NOT_LEARNED_FROM_VEH:
+                continue
+            row, treated = int(state_bin(queue_veh, arrivals_veh)), short.treatment[g]
+            flow_veh = float(groups.lane_veh[g])
+            if told_apart and treated != PARTLY:
+                part = memory.served[g] * memory.green[g]
+                cost, end_veh = clear(queue_veh, arrivals_veh, flow_veh, part)
+            else:
+                cost, end_veh = lane_model(
+                    queue_veh, arrivals_veh, flow_veh, treated, params.after_switch
+                )
+            learn_outcome(table, row, treated, COST, scratch.waiting_veh[g] - cost)
+            learn_outcome(table, row, treated, NEXT, scratch.queue_veh[g] - end_veh)
+            count_outcome(table, row, treated)
+
+
+@kernel
+def _remember(
+    groups: LaneGroups,
+    table: ResidualTable,
+    short: ShortTerm,
+    scratch: LaneScratch,
+) -> None:
+    """Keep what the next interval will be compared with; count entries that were known already."""
+    known = 0
+    for g in range(groups.lanes.shape[0]):
+        short.queue_veh[g] = scratch.queue_veh[g]
+        short.expected_veh[g] = scratch.expected_veh[g]
+        short.row[g] = state_bin(float(scratch.queue_veh[g]), float(scratch.expected_veh[g]))
+        short.treatment[g] = scratch.treatment[g]
+        known += table.times[short.row[g], short.treatment[g]] > 0
     scratch.lookups[0] += known
     scratch.lookups[1] += groups.lanes.shape[0] - known

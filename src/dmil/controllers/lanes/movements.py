@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmil.arrays import ByteArray, FloatArray, IntArray
+from dmil.arrays import ByteArray, FloatArray, IntArray, Single
 from dmil.compilation import kernel
 from dmil.controllers.lanes.lane_groups import LaneGroups
 from dmil.controllers.lanes.lane_inputs import Inputs, LaneScratch
@@ -84,24 +84,25 @@ class MovementMemory(NamedTuple):
 
     Attributes
     ----------
-    seen_veh: (movements,) float64
-        Vehicles queued and approaching, a moving average.
-    age_s: (movements,) float64
+    age_s: (movements,) float32
         A.
-    usual_red_s: (intersections,) float64
+    usual_red_s: (intersections,) float32
         R.
-    goes: (movements,) float64
+    seen_veh: (movements,) float32, or (0,)
+        Vehicles queued and approaching, a moving average. This and all that follows is empty where
+        no intersection has its movements told apart.
+    goes: (movements,) float32, or (0,)
         y under the phase chosen last, 0 at red.
-    served, green: (groups,) float64
+    served, green: (groups,) float32, or (0,)
         φ and c under it.
     """
 
-    seen_veh: FloatArray
-    age_s: FloatArray
-    usual_red_s: FloatArray
-    goes: FloatArray
-    served: FloatArray
-    green: FloatArray
+    age_s: Single
+    usual_red_s: Single
+    seen_veh: Single
+    goes: Single
+    served: Single
+    green: Single
 
 
 class MovementWork(NamedTuple):
@@ -173,6 +174,7 @@ def movements_of(context: RunContext, groups: LaneGroups, *, yields: bool, age: 
             or (age and groups.partly[phases].any())
         ):
             apart.append(i)
+    told, told_groups = (count, groups.lanes.size) if apart else (0, 0)
     return Movements(
         MovementFacts(
             group=group,
@@ -184,12 +186,12 @@ def movements_of(context: RunContext, groups: LaneGroups, *, yields: bool, age: 
             interval_s=float(context.decision_interval_s),
         ),
         MovementMemory(
-            seen_veh=np.zeros(count),
-            age_s=np.zeros(count),
-            usual_red_s=np.zeros(len(intersections)),
-            goes=np.zeros(count),
-            served=np.zeros(groups.lanes.size),
-            green=np.zeros(groups.lanes.size),
+            age_s=np.zeros(count, np.float32),
+            usual_red_s=np.zeros(len(intersections), np.float32),
+            seen_veh=np.zeros(told, np.float32),
+            goes=np.zeros(told, np.float32),
+            served=np.zeros(told_groups, np.float32),
+            green=np.zeros(told_groups, np.float32),
         ),
         make_work(count, groups.lanes.size),
     )
@@ -197,10 +199,9 @@ def movements_of(context: RunContext, groups: LaneGroups, *, yields: bool, age: 
 
 def bytes_remembered(movements: Movements, *, age: bool) -> int:
     """Return the memory of what is remembered between decisions, as far as it is used."""
-    facts, memory = movements.facts, movements.memory
-    aged = memory.age_s.nbytes + memory.usual_red_s.nbytes + memory.goes.nbytes if age else 0
-    told = memory.seen_veh.nbytes + memory.served.nbytes + memory.green.nbytes
-    return aged + (told if facts.apart.size else 0)
+    memory = movements.memory
+    used = memory if age else memory[2:]
+    return sum(array.nbytes for array in used)
 
 
 def make_work(movements: int, groups: int) -> MovementWork:
@@ -236,7 +237,8 @@ def move_ages(groups: LaneGroups, inputs: Inputs, movements: Movements) -> None:
             went = 0.0
             if phase != NO_PHASE and facts.light[phase, j] > 0:
                 # What a phase that was not asked for let go is not known: all, let it be.
-                went = memory.goes[movement] if as_asked else 1.0
+                told = memory.goes.shape[0] > 0 and as_asked
+                went = float(memory.goes[movement]) if told else 1.0
                 if memory.age_s[movement] > 0.0:
                     late_s = memory.age_s[movement] - memory.usual_red_s[i]
                     memory.usual_red_s[i] += MEAN_STEP * late_s
@@ -410,7 +412,7 @@ def remember_treatment(
     """Keep how the phases that were chosen treat movements and groups."""
     facts, memory, work = movements.facts, movements.memory, movements.work
     light, width = facts.light, facts.light.shape[1]
-    for i in range(phases.shape[0]):
+    for i in range(phases.shape[0] if facts.apart.shape[0] > 0 else 0):
         phase = groups.phase_offset[i] + phases[i]
         for j in range(width):
             memory.goes[i * width + j] = 1.0 if light[phase, j] > 0 else 0.0
