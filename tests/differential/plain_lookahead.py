@@ -186,17 +186,24 @@ class PlainLookahead(PlainFactored):
             overruled = self.asked is None or seen.phase[i] != self.asked[i]
             for group in self.groups[node.id]:
                 if not overruled and self.options["learning"] and group.last[2] <= 20:
-                    row, treatment, queue, expected = group.last
-                    part = group.part if i in self.moves.apart else None
-                    model = self.lane_model(float(queue), float(expected), treatment, part)
-                    real = group.waited, float(group.queue)
-                    self.correct(row, treatment, [r - m for r, m in zip(real, model, strict=True)])
+                    self.learn_group(i, group)
                 treatment = self.treatment(group, node.phases[phases[i]])
                 row = self.bins(float(group.queue), float(group.expected))
                 group.last = row, treatment, group.queue, group.expected
                 served, green = self.treat(i, group, node.phases[phases[i]])
                 group.part = served * green
         self.remember(phases)
+
+    def learn_group(self, i, group):
+        _, treatment, queue, expected = group.last
+        queue, expected = float(queue), float(expected)
+        part = group.part if i in self.moves.apart else None
+        model = self.lane_model(queue, expected, treatment, part)
+        errors = [
+            real - each
+            for real, each in zip((group.waited, float(group.queue)), model, strict=True)
+        ]
+        self.correct(self.bins(queue, expected), treatment, errors)
 
     def correct(self, row, treatment, errors):
         *residuals, times = self.table.get((row, treatment), (SINGLE(0), SINGLE(0), 0))
