@@ -92,7 +92,7 @@ SCENARIO_OPTIONS = (
     *options(
         _SIGNALS,
         "timing.decision_interval_s; timing.clearance_s; timing.all_red_s; "
-        "timing.clearance_kind kept|all-stop; timing.min_green_s; "
+        "timing.clearance_kind KIND; timing.min_green_s; "
         "timing.max_green_s; timing.startup_lost_s; "
         "dynamics.saturation_flow_veh_per_s --saturation-flow; dynamics.storage; "
         "dynamics.vehicle_space_m; dynamics.gap_wait_s",

@@ -101,7 +101,7 @@ CONTROLLERS: dict[str, Entry] = {
         combined.CombinedController,
         combined.CombinedSettings,
         "values of lanes and two decisions of look-ahead; knows yielding, shared lanes, long waits",
-        colour="#A50026",
+        colour="#D4145A",
         learns=True,
         online=True,
     ),

@@ -155,14 +155,14 @@ def signal_times(timing: SignalTiming, network: RoadNetwork) -> SignalTimes:
     SignalTimes
         Read-only.
     """
-    items = network.intersections
+    items, kind = network.intersections, timing.clearance_kind
     phases = max(len(item.phases) for item in items)
     found = SignalTimes(
         np.full((len(items), phases, phases), timing.clearance_s or 0, np.int32),
         np.full((len(items), phases, phases), timing.all_red_s or 0, np.int32),
         np.full((len(items), phases), timing.min_green_s or 0, np.int32),
         np.full((len(items), phases), timing.max_green_s or 0, np.int32),
-        np.array([_stops_all(timing, item) for item in items]),
+        np.array([item.all_stop if kind is None else kind == "all-stop" for item in items]),
     )
     if any(getattr(timing, name) is None for name in PLAN):
         for i, item in enumerate(items):
@@ -187,12 +187,6 @@ def dont_walk_s(times: SignalTimes, item: Intersection, i: int, phase: int, walk
     changes = [q for q in range(len(item.phases)) if q != phase]
     clearance_s = min((int(times.clearance_s[i, phase, q]) for q in changes), default=0)
     return max(0, walk.clear_s - clearance_s)
-
-
-def _stops_all(timing: SignalTiming, item: Intersection) -> bool:
-    if timing.clearance_kind is None:
-        return item.all_stop
-    return timing.clearance_kind == "all-stop"
 
 
 def _take_plan(timing: SignalTiming, item: Intersection, i: int, found: SignalTimes) -> None:

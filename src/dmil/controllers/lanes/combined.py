@@ -14,14 +14,14 @@ from dmil.controllers.lanes.combined_choice import (
     decide,
 )
 from dmil.controllers.lanes.factored import FactoredSettings
-from dmil.controllers.lanes.factored_choice import ROWS, FactoredParams, make_gains
+from dmil.controllers.lanes.factored_gains import ROWS, FactoredParams, make_gains
 from dmil.controllers.lanes.lane_groups import LaneGroups
 from dmil.controllers.lanes.lane_inputs import STATE_BINS
 from dmil.controllers.lanes.lane_memory import LaneMemory, LaneSettings, LaneWork, Waves
 from dmil.controllers.lanes.lane_model import OUTCOMES, LookaheadParams
 from dmil.controllers.lanes.lookahead import LookaheadSettings
 from dmil.controllers.lanes.lookahead_choice import make_plans
-from dmil.controllers.lanes.movements import Movements
+from dmil.controllers.lanes.movement_facts import Movements
 from dmil.controllers.parameters import parameters_of, with_default
 
 AGE_VEH_PER_S = 0.025

@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 from dmil.arrays import IntArray
 from dmil.compilation import kernel
-from dmil.controllers.lanes.factored_choice import (
+from dmil.controllers.lanes.factored_choice import learn_values
+from dmil.controllers.lanes.factored_gains import (
     FactoredParams,
     Gains,
     add_up_gains,
     choose,
-    learn_values,
     look_up,
 )
 from dmil.controllers.lanes.lane_groups import LaneGroups

@@ -7,10 +7,11 @@ from typing import ClassVar
 from pydantic import Field
 
 from dmil.compilation import TypedOnce
-from dmil.controllers.lanes.factored_choice import ROWS, FactoredParams, decide, make_gains
+from dmil.controllers.lanes.factored_choice import decide
+from dmil.controllers.lanes.factored_gains import ROWS, FactoredParams, make_gains
 from dmil.controllers.lanes.lane_groups import LaneGroups
 from dmil.controllers.lanes.lane_memory import LaneMemory, LaneSettings, LaneWork
-from dmil.controllers.lanes.movements import Movements
+from dmil.controllers.lanes.movement_facts import Movements
 from dmil.controllers.parameters import parameters_of
 
 

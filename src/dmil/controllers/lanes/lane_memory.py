@@ -21,7 +21,7 @@ from dmil.controllers.lanes.lane_inputs import (
     LaneScratch,
     ShortTerm,
 )
-from dmil.controllers.lanes.movements import Movements, bytes_remembered, movements_of
+from dmil.controllers.lanes.movement_facts import Movements, bytes_remembered, movements_of
 from dmil.controllers.parameters import Settings
 from dmil.controllers.protocol import MemoryUse, RunContext
 from dmil.controllers.rules.shared_lanes import SharedLaneGuard

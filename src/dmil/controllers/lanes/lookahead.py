@@ -12,7 +12,7 @@ from dmil.controllers.lanes.lane_inputs import STATE_BINS
 from dmil.controllers.lanes.lane_memory import LaneMemory, LaneSettings, LaneWork
 from dmil.controllers.lanes.lane_model import OUTCOMES, LookaheadParams
 from dmil.controllers.lanes.lookahead_choice import decide, make_plans
-from dmil.controllers.lanes.movements import Movements
+from dmil.controllers.lanes.movement_facts import Movements
 from dmil.controllers.parameters import parameters_of
 
 

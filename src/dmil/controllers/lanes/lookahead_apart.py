@@ -26,11 +26,9 @@ from dmil.controllers.lanes.lane_model import (
     lane_model,
     left,
 )
+from dmil.controllers.lanes.movement_facts import Movements, MovementWork, make_work
 from dmil.controllers.lanes.movements import (
     SMALLEST_SHARE_VEH,
-    Movements,
-    MovementWork,
-    make_work,
     owed_in_phase,
     shown_phase,
     treat,

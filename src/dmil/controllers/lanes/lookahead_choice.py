@@ -40,8 +40,8 @@ from dmil.controllers.lanes.lane_model import (
     left,
 )
 from dmil.controllers.lanes.lookahead_apart import Outlook, add_up_apart, make_outlook
+from dmil.controllers.lanes.movement_facts import Movements
 from dmil.controllers.lanes.movements import (
-    Movements,
     look_at_movements,
     note_vehicles,
     remember_treatment,
