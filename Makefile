@@ -43,7 +43,7 @@ coverage: .venv/dev.stamp compiled ## Run the tests and see that they cover at l
 
 # Before, so that no two workers compile the same kernels.
 compiled: .venv/dev.stamp
-	@$(BIN)/python -c 'from dmil.experiments.warm_up import compile_kernels; compile_kernels()'
+	@$(BIN)/python tests/compiled.py
 
 quick: .venv/dev.stamp ## Run the tests of the core; with compiled kernels that takes less than a minute
 	$(BIN)/pytest -q $(WORKERS) -m 'not slow' -k 'not sumo' --ignore tests/unit/controllers/deep $(CORE)
