@@ -4,6 +4,7 @@ from tests.differential.plain_factored import PlainFactored
 from tests.differential.plain_lookahead import PlainLookahead
 
 DEFAULTS = {"yields": True, "age": 0.025, "waves": "choice"}
+APART = {"curvature": 0.8, "queue_trust": 0.6, "trust": 1.0}
 
 
 class PlainModel(PlainLookahead):
@@ -11,7 +12,10 @@ class PlainModel(PlainLookahead):
 
     def least_cost(self, i, node, now, green):
         if i in self.moves.apart:
-            return self.least_cost_apart(i, node, now, green)
+            alike, self.options = self.options, self.options | APART
+            cost = self.least_cost_apart(i, node, now, green)
+            self.options = alike
+            return cost
         return min(self.pair_cost(node, now, then, green) for then in node.phases)
 
 

@@ -28,6 +28,11 @@ AGE_VEH_PER_S = 0.025
 """What a second of red beyond the usual counts: a quarter of a vehicle in 10 s."""
 
 
+APART = {"curvature": 0.8, "queue_trust": 0.6, "trust": 1.0}
+"""Of the model where movements are told apart, as on most real roads: long queues cost more there,
+and what was learned counts sooner, because the formula knows less of them."""
+
+
 class CombinedSettings(LaneSettings):
     """Both memories of lanes."""
 
@@ -63,11 +68,21 @@ class CombinedController(LaneMemory):
 
     def _work(self, groups: LaneGroups, movements: Movements, after_switch: float) -> LaneWork:
         common = {name: getattr(self.settings, name) for name in LaneSettings.model_fields}
-        model = LookaheadSettings(**common)
+        # Whoever waits for long is counted once, by the values.
+        alike, apart = (
+            parameters_of(
+                LookaheadParams,
+                LookaheadSettings(**common | changes),
+                age=0.0,
+                after_switch=after_switch,
+            )
+            for changes in ({}, APART)
+        )
+        values = FactoredSettings(**common)
         params = CombinedParams(
-            parameters_of(FactoredParams, FactoredSettings(**common), after_switch=after_switch),
-            # Whoever waits for long is counted once, by the values.
-            parameters_of(LookaheadParams, model, age=0.0, after_switch=after_switch),
+            parameters_of(FactoredParams, values, after_switch=after_switch),
+            alike,
+            apart,
             self.settings.weight,
         )
         columns = self.table.residual.shape[1]

@@ -37,10 +37,14 @@ from dmil.memory.residuals import ResidualTable, has_numbers_only
 
 
 class CombinedParams(NamedTuple):
-    """Numbers for the kernel: those of both memories, and the weight of the model's costs."""
+    """Numbers for the kernel: those of both memories, and the weight of the model's costs.
+
+    ``model_apart`` has those of the model where movements are told apart.
+    """
 
     values: FactoredParams
     model: LookaheadParams
+    model_apart: LookaheadParams
     weight: float
 
 
@@ -117,7 +121,8 @@ def _weigh_both(
     add_up_gains(groups, values, short, inputs, scratch, space.gains)
     if params.weight > 0.0:
         find_waves(groups, model.wave, scratch)
-        add_up_costs(groups, model, tables.model, short, inputs, scratch, space.plans)
+        apart = params.model_apart
+        add_up_costs(groups, model, apart, tables.model, short, inputs, scratch, space.plans)
         for phase in range(total.shape[0]):
             for i in range(total.shape[1]):
                 total[phase, i] -= params.weight * space.plans.total[phase, i]

@@ -130,7 +130,7 @@ def decide(
     for g in range(groups.lanes.shape[0]):
         plans.known_veh[g] = scratch.expected_veh[g]
         scratch.wave[g] = 0.0
-    add_up_costs(groups, params, table, short, inputs, scratch, plans)
+    add_up_costs(groups, params, params, table, short, inputs, scratch, plans)
     _choose(groups, params.terminal, inputs, plans, phases)
     for _ in range(params.rounds):
         announce(groups, params.approaching, inputs, scratch, phases)
@@ -138,7 +138,7 @@ def decide(
             scratch.expected_veh[g] = plans.known_veh[g]
         expect_announced(groups, params.expected, short, scratch)
         find_waves(groups, params.wave, scratch)
-        add_up_costs(groups, params, table, short, inputs, scratch, plans)
+        add_up_costs(groups, params, params, table, short, inputs, scratch, plans)
         _choose(groups, params.terminal, inputs, plans, phases)
     note_treatment(groups, params.after_switch, inputs, scratch, phases)
     learn_model(groups, params, table, short, inputs, scratch, plans.movements)
@@ -152,28 +152,23 @@ def decide(
 def add_up_costs(
     groups: LaneGroups,
     params: LookaheadParams,
+    params_apart: LookaheadParams,
     table: ResidualTable,
     short: ShortTerm,
     inputs: Inputs,
     scratch: LaneScratch,
     plans: Plans,
 ) -> None:
-    """Find what all phases cost by what is known and announced now."""
+    """Find what all phases cost by what is known and announced now.
+
+    Where movements are told apart, ``params_apart`` holds.
+    """
     _predict(groups, params, table, short, scratch, plans)
     _add_up_pairs(groups, plans)
     if plans.movements.facts.apart.shape[0] > 0:
         note_vehicles(groups, params.approaching, inputs, scratch, plans.movements)
-        add_up_apart(
-            groups,
-            params,
-            table,
-            short,
-            inputs,
-            scratch,
-            plans.movements,
-            plans.outlook,
-            plans.total,
-        )
+        moves, outlook, total = plans.movements, plans.outlook, plans.total
+        add_up_apart(groups, params_apart, table, short, inputs, scratch, moves, outlook, total)
 
 
 @kernel
