@@ -11,7 +11,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from dmil.cli.terminal import entries, own_or_s, table
+from dmil.cli.terminal import clearance, entries, table
 from dmil.doctor import Diagnosis, Finding, IntersectionFacts
 from dmil.doctor.findings import Severity
 from dmil.doctor.traffic import PEAK_S
@@ -230,7 +230,7 @@ def demand_text(diagnosis: Diagnosis) -> Iterator[RenderableType]:
                 f"{traffic.signals_passed:.1f} on average",
                 "run": f"{_time(case.begin_s)} to {_time(case.begin_s + case.horizon_s)}; a "
                 f"decision every {case.timing.decision_interval_s} s, clearance "
-                f"{own_or_s(case.timing.clearance_s)}",
+                f"{clearance(case.timing)}",
                 "capacity": _verdict(diagnosis),
             }
         )

@@ -20,7 +20,7 @@ from rich.table import Table
 from rich.text import Text
 
 from dmil.cli.controller_choice import EvaluateParameters
-from dmil.cli.terminal import UNFINISHED, number, own_or_s
+from dmil.cli.terminal import UNFINISHED, clearance, number, own_or_s
 from dmil.controllers import CONTROLLERS
 from dmil.demand import ResampledDemand
 from dmil.demand.sumo.remarks import remarks_of
@@ -94,7 +94,7 @@ def notes_of(
     timing = scenario.timing
     notes.append(
         f"Decisions every {timing.decision_interval_s} s, clearance "
-        f"{own_or_s(timing.clearance_s)}, minimum green {own_or_s(timing.min_green_s)}."
+        f"{clearance(timing)}, minimum green {own_or_s(timing.min_green_s)}."
     )
     return notes
 

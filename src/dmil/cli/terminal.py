@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from rich.table import Table
     from rich.text import Text
 
+    from dmil.scenarios import SignalTiming
+
 Progress = Callable[[int, int], None]
 
 PLAIN_STEPS = 10
@@ -210,6 +212,12 @@ UNFINISHED = (
 def own_or_s(seconds: int | None) -> str:
     """Write a time of `dmil.scenarios.SignalTiming`: seconds, or that each plan tells."""
     return "as each plan says" if seconds is None else f"{seconds} s"
+
+
+def clearance(timing: SignalTiming) -> str:
+    """Write how long clearance is, and whether all of it stops everybody."""
+    kind = ", all-stop" if timing.clearance_kind == "all-stop" else ""
+    return own_or_s(timing.clearance_s) + kind
 
 
 def number(value: float, digits: int, sign: str = "") -> str:
