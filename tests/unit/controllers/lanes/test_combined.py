@@ -62,7 +62,7 @@ def test_a_turn_that_finds_no_gap_gets_a_phase_of_its_own(name):
 def test_one_vehicle_beside_a_busy_road_gets_its_turn(name):
     network, turns = one_intersection({STRAIGHT}, {SIDE}), {}
     for age in (0.0, 0.025):
-        controller = begun(name, network, age=age)
+        controller = begun(name, network, age=age, expected=0.0)
         chosen = [
             int(controller.decide(seen({STRAIGHT: 2, SIDE: 1}, time_s=10 * k), None)[0])
             for k in range(40)
@@ -76,7 +76,7 @@ def test_one_vehicle_beside_a_busy_road_gets_its_turn(name):
 def test_if_all_must_stop_a_phase_that_shares_lanes_is_no_cheaper(name):
     # Who stays has the whole interval, who changes half of it.
     network = one_intersection({STRAIGHT}, {STRAIGHT, LEFT})
-    queues = seen({STRAIGHT: 4, LEFT: 2})
+    queues = seen({STRAIGHT: 6, LEFT: 2})
     for kind, best in (("kept", 1), ("all-stop", 0)):
         timing = SignalTiming(clearance_s=5, clearance_kind=kind)
         assert begun(name, network, timing).decide(queues, None) == [best], kind
