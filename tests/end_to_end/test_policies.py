@@ -142,7 +142,9 @@ def test_what_is_recorded_is_the_same_in_every_seed(dmil, city):
     assert done.json["same_demand"] is True
     assert any("recorded, the same in every seed" in note for note in done.json["notes"])
     found = {each["controller"]: each["measures"] for each in done.json["controllers"]}
-    assert {"program", "factored", "lookahead", "max-pressure,approaching=true"} < set(found)
+    assert {"program", "combined", "factored", "lookahead", "max-pressure,approaching=true"} < set(
+        found
+    )
     # One day: an interval over seeds that change nothing would say more than is known.
     assert {each["travel_time_s"]["low"] for each in found.values()} == {None}
 

@@ -33,7 +33,7 @@ def test_every_controller_is_judged_on_the_same_vehicles_and_ten_seeds(judged):
     assert judged["same_demand"] is True
     assert len(judged["seeds"]) == 10
     names = {each["controller"] for each in judged["controllers"]}
-    learning = {"factored", "lookahead"}
+    learning = {"combined", "factored", "lookahead"}
     assert names == {"policy.npz", "program", "fixed-cycle", QUEUE, PRESSURE} | learning
 
 

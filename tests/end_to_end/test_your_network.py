@@ -65,7 +65,7 @@ def test_the_commands_lead_to_an_answer_and_a_plan(dmil, folder):
     ElementTree.parse(folder / "city.svg")
     calibration = json.loads((folder / "calibration.json").read_text())
     assert 0.1 < calibration["saturation_flow_veh_per_s"] < 1
-    everybody = {"program", "actuated", "factored", "lookahead"}
+    everybody = {"program", "actuated", "combined", "factored", "lookahead"}
     for found in (*everybody, "longest-queue-first", "max-pressure", "− program", "CO2", "IQM"):
         assert found in evaluated
     report = (folder / "report.html").read_text(encoding="utf-8")
@@ -75,7 +75,7 @@ def test_the_commands_lead_to_an_answer_and_a_plan(dmil, folder):
         assert f'<td class="name">{contender}</td>' in report
     assert '<td class="name">max-pressure,<br>approaching=true</td>' in report
     with (folder / "seeds.csv").open(encoding="utf-8", newline="") as file:
-        assert len(list(csv.DictReader(file))) == 2 * 6
+        assert len(list(csv.DictReader(file))) == 2 * 7
     assert "its fixed-time plan" in exported
     assert "policy.npz" in trained.splitlines()[-2]
     assert "policy.npz" in judged

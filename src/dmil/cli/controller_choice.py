@@ -146,6 +146,7 @@ GRID_BASELINES = ("fixed-cycle", "longest-queue-first", "max-pressure")
 BASELINES = (
     "longest-queue-first,approaching=true",
     "max-pressure,approaching=true",
+    "combined",
     "factored",
     "lookahead",
 )

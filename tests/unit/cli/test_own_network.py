@@ -28,7 +28,7 @@ def by_name(found):
 def test_plan_rules_that_see_who_comes_and_memories_stand_side_by_side_sorted(dmil):
     found = dmil.json(*RUN, "--seeds", 1)
     names = [each["controller"] for each in found["controllers"]]
-    assert set(names) == {"program", *APPROACHING, "factored", "lookahead"}
+    assert set(names) == {"program", *APPROACHING, "combined", "factored", "lookahead"}
     delays = [each["measures"]["delay_s"]["mean"] for each in found["controllers"]]
     assert delays == sorted(delays)
     assert all("minus_program" in each for each in found["controllers"])
@@ -50,7 +50,7 @@ def test_where_lanes_are_shared_everybody_is_served_and_the_answer_beats_the_pla
     run = (*RUN, "--seeds", 3, "--resample")
     found = by_name(dmil.json(*run))
     assert not any(each["locked"] for each in found.values())
-    for name in (*APPROACHING, "factored", "lookahead"):
+    for name in (*APPROACHING, "combined", "factored", "lookahead"):
         assert found[name]["minus_program"]["delay_s"]["high"] < 0
     assert "Keep your plan" not in dmil(*run)
 

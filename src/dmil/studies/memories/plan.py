@@ -138,7 +138,7 @@ def city_cells(data: Path) -> tuple[str, ...]:
 PRESET = "memories"
 REFERENCE = "max-pressure"
 DEEP = tuple(name for name, entry in CONTROLLERS.items() if entry.family == "deep")
-_AT_LAST = ("nec", "vdn", "factored", "lookahead")
+_AT_LAST = ("nec", "vdn", "factored", "lookahead", "combined")
 _VARIANTS = {
     "longest-queue-first": ("longest-queue-first", "longest-queue-first,approaching=true"),
     REFERENCE: (REFERENCE, "max-pressure,approaching=true"),

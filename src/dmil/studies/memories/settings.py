@@ -55,7 +55,7 @@ class MemoriesStudySettings(BaseModel):
         description="Controllers with another reward.",
     )
     untrained: tuple[str, ...] = Field(
-        ("factored", "lookahead"),
+        ("factored", "lookahead", "combined"),
         description="Untrained learners: they learn from the first second of the test.",
     )
     tuned: dict[str, dict[str, Any]] = Field(
