@@ -3,7 +3,13 @@
 from tests.differential.plain_factored import PlainFactored
 from tests.differential.plain_lookahead import PlainLookahead
 
-DEFAULTS = {"yields": True, "age": 0.025, "waves": "choice"}
+DEFAULTS = {
+    "yields": True,
+    "age": 0.025,
+    "waves": "choice",
+    "outside": True,
+    "censored": True,
+}
 APART = {"curvature": 0.8, "queue_trust": 0.6, "trust": 1.0}
 
 

@@ -39,6 +39,8 @@ class CombinedSettings(LaneSettings):
     yields: bool = with_default(LaneSettings, "yields", default=True)
     age: float = with_default(LaneSettings, "age", AGE_VEH_PER_S)
     waves: Waves = with_default(LaneSettings, "waves", "choice")
+    outside: bool = with_default(LaneSettings, "outside", default=True)
+    censored: bool = with_default(LookaheadSettings, "censored", default=True)
     weight: float = Field(
         default=1.0,
         ge=0,
@@ -61,18 +63,19 @@ class CombinedController(LaneMemory):
 
     def __init__(self, settings: CombinedSettings | None = None) -> None:
         self.settings = settings or CombinedSettings()
-        super().__init__(self.settings)
+        super().__init__(self.settings, knows_moving=self.settings.censored)
 
     def _learned(self) -> CombinedTables:
         return CombinedTables(*self._tables.values())
 
     def _work(self, groups: LaneGroups, movements: Movements, after_switch: float) -> LaneWork:
         common = {name: getattr(self.settings, name) for name in LaneSettings.model_fields}
+        model = common | {"censored": self.settings.censored}
         # Whoever waits for long is counted once, by the values.
         alike, apart = (
             parameters_of(
                 LookaheadParams,
-                LookaheadSettings(**common | changes),
+                LookaheadSettings(**model | changes),
                 age=0.0,
                 after_switch=after_switch,
             )

@@ -31,7 +31,8 @@ from dmil.controllers.lanes.lane_inputs import (
     note_treatment,
 )
 from dmil.controllers.lanes.lane_model import LookaheadParams
-from dmil.controllers.lanes.lookahead_choice import Plans, add_up_costs, learn_model
+from dmil.controllers.lanes.lookahead_choice import Plans, add_up_costs
+from dmil.controllers.lanes.lookahead_learning import learn_model
 from dmil.controllers.lanes.movements import look_at_movements
 from dmil.memory.residuals import ResidualTable, has_numbers_only
 

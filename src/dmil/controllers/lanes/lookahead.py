@@ -70,6 +70,11 @@ class LookaheadSettings(LaneSettings):
         description="Fraction of the learned next queue that is used; learned costs are used "
         "fully.",
     )
+    censored: bool = Field(
+        default=False,
+        description="Whether vehicles that still move are taken as neither queued nor gone when "
+        "the model learns.",
+    )
 
 
 class LookaheadController(LaneMemory):
@@ -86,7 +91,7 @@ class LookaheadController(LaneMemory):
 
     def __init__(self, settings: LookaheadSettings | None = None) -> None:
         self.settings = settings or LookaheadSettings()
-        super().__init__(self.settings)
+        super().__init__(self.settings, knows_moving=self.settings.censored)
 
     def _work(self, groups: LaneGroups, movements: Movements, after_switch: float) -> LaneWork:
         params = parameters_of(

@@ -31,29 +31,23 @@ from dmil.controllers.lanes.lane_inputs import (
     state_bin,
 )
 from dmil.controllers.lanes.lane_model import (
-    COST,
-    NEXT,
     LookaheadParams,
-    clear,
     corrected,
     lane_model,
     left,
 )
 from dmil.controllers.lanes.lookahead_apart import Outlook, add_up_apart, make_outlook
+from dmil.controllers.lanes.lookahead_learning import learn_model
 from dmil.controllers.lanes.movement_facts import Movements
 from dmil.controllers.lanes.movements import (
     look_at_movements,
     note_vehicles,
     remember_treatment,
 )
-from dmil.memory.residuals import ResidualTable, count_outcome, has_numbers_only, learn_outcome
+from dmil.memory.residuals import ResidualTable, has_numbers_only
 
 UNSERVED, WHOLLY, IN_PART = range(3)
 """What a phase does to a group; with what was before it makes a treatment."""
-NOT_LEARNED_FROM_VEH = 20.0
-"""Longest queue that is learned from: beyond, the lane model needs no help."""
-
-
 SAME = 1e-4
 """Costs that differ by less are the same: queues and arrivals are 32-bit numbers."""
 
@@ -288,43 +282,6 @@ def _choose(
 
 
 @kernel
-def learn_model(
-    groups: LaneGroups,
-    params: LookaheadParams,
-    table: ResidualTable,
-    short: ShortTerm,
-    inputs: Inputs,
-    scratch: LaneScratch,
-    movements: Movements,
-) -> None:
-    """Learn what the lane model missed in the interval that ended."""
-    facts, memory = movements.facts, movements.memory
-    apart = 0
-    for i in range(inputs.shown.shape[0]):
-        told_apart = apart < facts.apart.shape[0] and facts.apart[apart] == i
-        apart += told_apart
-        # A rejected request was not executed: nothing is learned of it.
-        if not params.learning or inputs.first or inputs.shown[i] != inputs.asked[i]:
-            continue
-        for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
-            queue_veh, arrivals_veh = float(short.queue_veh[g]), float(short.expected_veh[g])
-            if queue_veh > NOT_LEARNED_FROM_VEH:
-                continue
-            row, treated = int(state_bin(queue_veh, arrivals_veh)), short.treatment[g]
-            flow_veh = float(groups.lane_veh[g])
-            if told_apart and treated != PARTLY:
-                part = memory.served[g] * memory.green[g]
-                cost, end_veh = clear(queue_veh, arrivals_veh, flow_veh, part)
-            else:
-                cost, end_veh = lane_model(
-                    queue_veh, arrivals_veh, flow_veh, treated, params.after_switch
-                )
-            learn_outcome(table, row, treated, COST, scratch.waiting_veh[g] - cost)
-            learn_outcome(table, row, treated, NEXT, scratch.queue_veh[g] - end_veh)
-            count_outcome(table, row, treated)
-
-
-@kernel
 def _remember(
     groups: LaneGroups,
     table: ResidualTable,
@@ -339,5 +296,7 @@ def _remember(
         short.row[g] = state_bin(float(scratch.queue_veh[g]), float(scratch.expected_veh[g]))
         short.treatment[g] = scratch.treatment[g]
         known += table.times[short.row[g], short.treatment[g]] > 0
+    for g in range(short.moving_veh.shape[0]):
+        short.moving_veh[g] = scratch.moving_veh[g]
     scratch.lookups[0] += known
     scratch.lookups[1] += groups.lanes.shape[0] - known
