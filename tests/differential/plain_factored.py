@@ -40,7 +40,7 @@ class Lanes:
         self.node, self.members, self.link = node, members, movements[0].from_link
         self.count = len({lane for movement in movements for lane in movement.lanes})
         self.rate, self.rated, self.last = SINGLE(0.5), 0, None
-        self.outside, self.moving = SINGLE(0), SINGLE(0)
+        self.outside = SINGLE(0)
 
     @property
     def waiting(self):
@@ -163,7 +163,7 @@ class PlainFactored:
         group.queue, group.waited = per_lane(seen.queue_veh), float(per_lane(seen.waiting_veh))
         sees = self.options["approaching"]
         group.expected = per_lane(seen.approaching_veh) if sees else SINGLE(0)
-        group.moved, group.moving = group.moving, group.expected
+        group.moving = group.expected
         shown = group.node.phases[seen.phase[i]] if seen.phase[i] >= 0 else frozenset()
         group.shown, group.shown_phase = self.coverage(group, shown), shown
         group.stops = self.moves.all_stop[i]

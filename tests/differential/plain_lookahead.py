@@ -203,7 +203,7 @@ class PlainLookahead(PlainFactored):
         model = self.lane_model(queue, expected, treatment, part)
         least, more = (group.waited, float(group.queue)), (0.0, 0.0)
         if self.options["censored"]:
-            more = (float(group.moved + group.moving) / 2, float(group.moving))
+            more = ((expected + float(group.moving)) / 2, float(group.moving))
         errors = [
             min(max(each, low), low + most) - each
             for each, low, most in zip(model, least, more, strict=True)

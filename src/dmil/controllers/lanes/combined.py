@@ -63,7 +63,7 @@ class CombinedController(LaneMemory):
 
     def __init__(self, settings: CombinedSettings | None = None) -> None:
         self.settings = settings or CombinedSettings()
-        super().__init__(self.settings, knows_moving=self.settings.censored)
+        super().__init__(self.settings)
 
     def _learned(self) -> CombinedTables:
         return CombinedTables(*self._tables.values())
@@ -89,5 +89,8 @@ class CombinedController(LaneMemory):
             self.settings.weight,
         )
         columns = self.table.residual.shape[1]
-        gains, plans = make_gains(groups, movements, columns), make_plans(groups, movements)
+        gains, plans = (
+            make_gains(groups, movements, columns),
+            make_plans(groups, movements, columns),
+        )
         return LaneWork(TypedOnce(decide), params, CombinedSpace(gains, plans))

@@ -180,5 +180,3 @@ def _remember(short: ShortTerm, scratch: LaneScratch) -> None:
         short.queue_veh[g] = scratch.queue_veh[g]
     for g in range(short.row.shape[0]):
         short.expected_veh[g] = scratch.expected_veh[g]
-    for g in range(short.moving_veh.shape[0]):
-        short.moving_veh[g] = scratch.moving_veh[g]

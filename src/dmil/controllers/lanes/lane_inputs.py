@@ -53,8 +53,6 @@ class ShortTerm(NamedTuple):
         Row of the table, then.
     treatment: (groups,) uint8
         How it was treated since.
-    moving_veh: (groups,) float32, or (0,)
-        Per lane, approaching at the last decision; empty where nobody asks.
     outside_veh: (entries,) float32
         Per lane, those who wait unseen behind a full entry.
     """
@@ -65,7 +63,6 @@ class ShortTerm(NamedTuple):
     expected_veh: Single
     row: RowArray
     treatment: ByteArray
-    moving_veh: Single
     outside_veh: Single
 
 

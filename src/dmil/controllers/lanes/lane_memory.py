@@ -113,11 +113,10 @@ class LaneMemory(ABC):
     """Rows of every table, and outcomes where an entry is not a single number; by the prefix that
     its arrays have where they are saved."""
 
-    def __init__(self, settings: LaneSettings, *, knows_moving: bool = False) -> None:
+    def __init__(self, settings: LaneSettings) -> None:
         self._tables: dict[str, ResidualTable] = {}
         self._lookups = np.zeros(len(self.sources), np.int64)
         self._lanes = settings
-        self._knows_moving = knows_moving
 
     def reset(self, context: RunContext) -> None:
         """Forget the arrivals of the last run; the table stays, on whatever network.
@@ -131,7 +130,7 @@ class LaneMemory(ABC):
         self._groups = groups = lane_groups(
             context, waves_everywhere=own.waves == "everywhere", outside=own.outside
         )
-        self._short = _short_term(groups, moving=self._knows_moving)
+        self._short = _short_term(groups)
         self._scratch = _scratch(groups, self._lookups)
         self._guard = SharedLaneGuard(context, enabled=own.guard)
         self._asked: IntArray | None = None
@@ -254,7 +253,7 @@ class LaneMemory(ABC):
         """
 
 
-def _short_term(groups: LaneGroups, *, moving: bool) -> ShortTerm:
+def _short_term(groups: LaneGroups) -> ShortTerm:
     count = groups.lanes.size
     return ShortTerm(
         rate_veh=np.full(count, FIRST_RATE_VEH, np.float32),
@@ -263,7 +262,6 @@ def _short_term(groups: LaneGroups, *, moving: bool) -> ShortTerm:
         expected_veh=np.zeros(count, np.float32),
         row=np.zeros(count, np.uint16),
         treatment=np.zeros(count, np.uint8),
-        moving_veh=np.zeros(count if moving else 0, np.float32),
         outside_veh=np.zeros(groups.entries.size, np.float32),
     )
 

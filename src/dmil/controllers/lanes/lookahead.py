@@ -91,13 +91,14 @@ class LookaheadController(LaneMemory):
 
     def __init__(self, settings: LookaheadSettings | None = None) -> None:
         self.settings = settings or LookaheadSettings()
-        super().__init__(self.settings, knows_moving=self.settings.censored)
+        super().__init__(self.settings)
 
     def _work(self, groups: LaneGroups, movements: Movements, after_switch: float) -> LaneWork:
+        columns = self.table.residual.shape[1]
         params = parameters_of(
             LookaheadParams,
             self.settings,
             plan=self.settings.plan if self.settings.depth == 2 else 0.0,
             after_switch=after_switch,
         )
-        return LaneWork(TypedOnce(decide), params, make_plans(groups, movements))
+        return LaneWork(TypedOnce(decide), params, make_plans(groups, movements, columns))

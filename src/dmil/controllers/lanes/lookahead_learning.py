@@ -52,7 +52,7 @@ def learn_model(
             waiting_veh, left_veh = float(scratch.waiting_veh[g]), float(scratch.queue_veh[g])
             if params.censored:
                 moving_veh = float(scratch.moving_veh[g])
-                mean_veh = 0.5 * (moving_veh + float(short.moving_veh[g]))
+                mean_veh = 0.5 * (moving_veh + arrivals_veh)
                 waiting_veh = min(max(cost, waiting_veh), waiting_veh + mean_veh)
                 left_veh = min(max(end_veh, left_veh), left_veh + moving_veh)
             learn_outcome(table, row, treated, COST, waiting_veh - cost)
