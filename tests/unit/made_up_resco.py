@@ -8,8 +8,10 @@ import polars as pl
 from dmil.results import RUNS_SCHEMA, SERIES_SCHEMA, TABLES, write_manifest, write_results
 from dmil.seeding import stream
 
-SUMO, CALIBRATED, QUEUE = "sumo", "queue-calibrated", "queue"
+SUMO, UNBLOCKED, CALIBRATED, QUEUE = "sumo", "sumo-unblocked", "queue-calibrated", "queue"
 SIMULATORS = (SUMO, CALIBRATED, QUEUE)
+LOCKING = "random"
+"""Whose first seed locks at 1,200 s in SUMO, unless blockers are ignored."""
 SCENARIOS = ("resco/cologne1", "resco/ingolstadt21", "resco/grid4x4", "resco/arterial4x4")
 DELAY_S = {  # in SUMO on the first network; the others have multiples of it
     ("program", None, False): 60.0,
@@ -26,7 +28,7 @@ DELAY_S = {  # in SUMO on the first network; the others have multiples of it
     ("dual-memory", "cells", True): 26.0,
 }
 CONTENDERS = tuple(DELAY_S)
-FACTOR = {CALIBRATED: 0.9, QUEUE: 0.5, SUMO: 1.0}
+FACTOR = {CALIBRATED: 0.9, QUEUE: 0.5, SUMO: 1.0, UNBLOCKED: 1.0}
 EPISODES = 20
 
 
@@ -130,7 +132,10 @@ def _runs(key, delay, vehicles, status):
         "bytes_total": np.full(seeds, _bytes(key)),
     }
     if sumo:
+        measures |= {"locked_from_s": [1200 if each else None for each in _locks(key, seeds)]}
         measures |= {"co2_g": 200 * vehicles + 4000 * delay, "fuel_g": 60 * vehicles + 1000 * delay}
+    if key["simulator"] in (SUMO, UNBLOCKED):
+        measures |= {"locked": [int(sumo and each) for each in _locks(key, seeds)]}
     if status:
         measures = {}
     return _frame(
@@ -143,6 +148,10 @@ def _runs(key, delay, vehicles, status):
         status=[status or "ok"] * seeds,
         **measures,
     )
+
+
+def _locks(key, seeds):
+    return (np.arange(seeds) == 0) & (key["controller"] == LOCKING)
 
 
 def _bytes(key):

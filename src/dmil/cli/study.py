@@ -168,8 +168,8 @@ RESCO_OPTIONS = (
     Option("scenarios", "--scenarios", "Study", "NAMES", read=split),
     *options(
         "Study",
-        "seeds; first_seed; episodes; horizon_s --steps; resample; train_in; judge; calibrate; "
-        "emissions; reward",
+        "seeds; first_seed; lock_seeds; episodes; horizon_s --steps; resample; train_in; judge; "
+        "calibrate; unblocked; emissions; reward; deep; deep_seeds",
     ),
     set_option(
         "Study", help="Value of the study, such as episodes=20.", example="sarsa.learning_rate=0.2"
