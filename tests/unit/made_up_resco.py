@@ -1,6 +1,7 @@
 """A made-up study on the RESCO benchmark with known answers, in the shape of a real one."""
 
 from itertools import product
+from types import MappingProxyType
 
 import numpy as np
 import polars as pl
@@ -50,17 +51,23 @@ def write_resco_study(
     episodes=EPISODES,
     spread=0.02,
     failed=(),
+    trained_in=MappingProxyType({}),
 ):
-    """Write a folder of results; ``failed`` holds (controller, simulator) whose runs failed."""
+    """Write a folder of results; ``failed`` holds (controller, simulator) whose runs failed.
+
+    Learners trained in the calibrated queue simulator, or where ``trained_in`` says.
+    """
     runs, series, training = [], [], []
     for place, scenario in enumerate(scenarios):
         demand = np.array([stream(seed, scenario).normal(0, 0.1) for seed in range(seeds)])
         for contender in contenders:
             key = _key(scenario, contender)
+            place_of_training = trained_in.get(contender[0], CALIBRATED)
             rng = stream(3, scenario, *map(str, contender))
             luck = rng.normal(0, spread, seeds)
             if key["reward"]:
-                training.append(_episodes(key, seeds, episodes, DELAY_S[contender] * (1 + place)))
+                end = DELAY_S[contender] * (1 + place)
+                training.append(_episodes(key, seeds, episodes, end, place_of_training))
             for simulator in simulators:
                 if contender[0] == "actuated" and simulator != SUMO:
                     continue
@@ -68,7 +75,8 @@ def write_resco_study(
                 delay = base * (1 + demand) * (1 + luck * (simulator == SUMO))
                 here = key | {"simulator": simulator}
                 status = "SimulationError: SUMO died" if (contender[0], simulator) in failed else ""
-                runs.append(_runs(here, delay, 2000 * (1 + place), status))
+                vehicles = 2000 * (1 + place)
+                runs.append(_runs(here, delay, vehicles, status, place_of_training))
                 if not status:
                     series.append(_series(here, delay))
     tables = {"runs": runs, "series": series, "episodes": training}
@@ -112,7 +120,7 @@ def _frame(key, schema, **columns):
     return frame.select(pl.col(name).cast(dtype) for name, dtype in schema.items())
 
 
-def _runs(key, delay, vehicles, status):
+def _runs(key, delay, vehicles, status, trained_in):
     seeds = len(delay)
     learns = key["reward"] is not None
     sumo = key["simulator"] == SUMO
@@ -143,7 +151,7 @@ def _runs(key, delay, vehicles, status):
         RUNS_SCHEMA,
         seed=np.arange(seeds),
         study=["resco"] * seeds,
-        trained_in=[CALIBRATED if learns else None] * seeds,
+        trained_in=[trained_in if learns else None] * seeds,
         horizon_s=np.full(seeds, 3600),
         status=[status or "ok"] * seeds,
         **measures,
@@ -174,7 +182,7 @@ def _series(key, delay):
     )
 
 
-def _episodes(key, seeds, episodes, end):
+def _episodes(key, seeds, episodes, end, trained_in):
     rows = np.array(list(product(range(seeds), range(episodes))))
     delay = end * (1 + 2 / (1 + rows[:, 1])) + rows[:, 0]
     return _frame(
@@ -182,7 +190,7 @@ def _episodes(key, seeds, episodes, end):
         TABLES["episodes"].schema,
         seed=rows[:, 0],
         episode=rows[:, 1],
-        trained_in=[CALIBRATED] * len(rows),
+        trained_in=[trained_in] * len(rows),
         delay_s=delay,
         travel_time_s=delay + 60,
         wait_per_spawned_s=0.7 * delay,
