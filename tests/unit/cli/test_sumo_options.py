@@ -117,3 +117,11 @@ def test_the_arterial_has_the_benchmarks_own_times(dmil):
     times = ("decision_interval_s", "clearance_s")
     usual, own = (dmil.json("scenarios", f"resco/{name}") for name in ("grid4x4", "arterial4x4"))
     assert [usual[name] for name in times] == [10, 3] and [own[name] for name in times] == [5, 2]
+
+
+def test_a_comparison_says_that_blockers_were_ignored(dmil):
+    pytest.importorskip("libsumo", reason="needs the extra sumo")
+    rules = ("--controller", "max-pressure", "--controller", "longest-queue-first")
+    run = ("evaluate", "--scenario", NAME, "--steps", "300", "--simulator", "sumo", *rules)
+    said = dmil(*run, "--seeds", "1", "--jobs", "1", "--ignore-junction-blocker", "10")
+    assert "seed 0, junction blockers ignored after 10 s" in said.splitlines()[0]
