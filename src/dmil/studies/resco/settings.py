@@ -89,7 +89,7 @@ class RescoStudySettings(BaseModel):
     deep: bool = Field(
         False,
         description="Also train DQN (extra 'deep') in SUMO itself, as the published learners were: "
-        "5 to 20 minutes of one core per training.",
+        "4 to 10 minutes of one core per training.",
     )
     deep_seeds: int = Field(3, ge=1, description="Trainings of DQN; each is judged on some seeds.")
     deep_scenarios: tuple[str, ...] = Field(
