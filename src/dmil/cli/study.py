@@ -168,8 +168,8 @@ RESCO_OPTIONS = (
     Option("scenarios", "--scenarios", "Study", "NAMES", read=split),
     *options(
         "Study",
-        "seeds; first_seed; episodes; horizon_s --steps; resample; train_in; judge; calibrate; "
-        "emissions; reward",
+        "seeds; first_seed; lock_seeds; episodes; horizon_s --steps; resample; train_in; judge; "
+        "calibrate; unblocked; emissions; reward; deep; deep_seeds",
     ),
     set_option(
         "Study", help="Value of the study, such as episodes=20.", example="sarsa.learning_rate=0.2"
@@ -319,11 +319,12 @@ def paper(settings: StudyParameters, json: bool) -> None:
 def resco(settings: RescoParameters, json: bool) -> None:
     """Run the study on the RESCO benchmark: real roads, evaluated in SUMO.
 
-    Eight networks with one hour of recorded or synthetic demand, decisions every 10 s, yellow 3 s.
-    SARSA and dual memory train in the queue simulator, calibrated by one SUMO run per network, are
-    then frozen and evaluated in SUMO on other seeds, against the network's own program, SUMO's
-    actuated control, longest-queue-first, max-pressure and random. All are also evaluated in the
-    queue simulator: how well the simulators agree is part of the result.
+    Eight networks with one hour of recorded or synthetic demand, decisions every 10 s, yellow 3 s
+    (arterial4x4: 5 s and 2 s). Rules and memories of lanes run as they are. SARSA and dual memory
+    train in the queue simulator, calibrated by one SUMO run per network, and are then frozen and
+    evaluated in SUMO on other seeds; with --deep DQN trains in SUMO itself. SUMO is run twice: as
+    the benchmark has it, where junctions can lock for good, and with blockers ignored. All are also
+    evaluated in the queue simulator: how well the simulators agree is part of the result.
 
     The metric is the average delay, in s per vehicle: time lost against free flow, plus the wait
     before entering the network. Lower is better. Published numbers are shown for comparison.
@@ -332,6 +333,7 @@ def resco(settings: RescoParameters, json: bool) -> None:
         dmil study resco
         dmil study resco --scenarios cologne1,ingolstadt1 --seeds 2 --episodes 10 --out small
         dmil study resco --train-in sumo --scenarios cologne8 --out trained-in-sumo
+        dmil study resco --deep --scenarios ingolstadt7 --out deep
 
     It needs the extra sumo: pip install 'dmil[sumo]'. Ctrl-C keeps finished runs; repeat the
     command to continue. The results are byte-identical for any number of processes.

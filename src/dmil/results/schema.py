@@ -16,7 +16,7 @@ import polars as pl
 
 from dmil.results.metrics import EPISODE, METRICS
 
-SCHEMA_VERSION = 5
+SCHEMA_VERSION = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,14 @@ _CONTROLLER = Column(
     "Name of the controller; with options as in longest-queue-first,approaching=true.",
     False,
 )
-_SIMULATOR = Column("simulator", _TEXT, "", "queue, queue-calibrated, sumo or sumo-meso.", False)
+_SIMULATOR = Column(
+    "simulator",
+    _TEXT,
+    "",
+    "queue, queue-calibrated, sumo, sumo-meso, or sumo-unblocked: SUMO with "
+    "--ignore-junction-blocker 10.",
+    False,
+)
 _TRAINED_IN = Column("trained_in", _TEXT, "", "Simulator of the training; null for baselines.")
 _EMBEDDING = Column(
     "embedding", _TEXT, "", "exact, simple, complex, complex-scaled, cells; null for baselines."
@@ -108,6 +115,14 @@ RUNS: tuple[Column, ...] = (
     Column("training_s", _WHOLE, "s", "Length of the training before it; null for baselines."),
     *(column for name, column in _METRICS.items() if name != "msize_per_agent"),
     Column("intersections", _WHOLE, "", "Intersections that the controller decides for."),
+    Column(
+        "locked",
+        _WHOLE,
+        "intersections",
+        "Intersections that locked: from some second to the end a queue, and less than a fifth of "
+        "those cross who would if nobody waited. Null where it was not looked for.",
+    ),
+    Column("locked_from_s", _WHOLE, "s", "When the first of them locked; null for none."),
     _METRICS["msize_per_agent"],
     Column(
         "decisions_until_better",

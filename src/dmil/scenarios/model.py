@@ -131,6 +131,10 @@ class Scenario:
     link_free_s
         (links,) seconds of these that are free flow, beyond which time counts as lost, where they
         were measured; else length and speed tell.
+    ignore_junction_blocker_s
+        SUMO only: a vehicle that has stood on a junction for so many seconds blocks nobody any
+        more (``--ignore-junction-blocker``). None: it blocks until it moves, or as a configuration
+        says.
 
     Raises
     ------
@@ -147,6 +151,7 @@ class Scenario:
     sumo: SumoFiles | None = None
     link_time_s: tuple[float, ...] | None = None
     link_free_s: tuple[float, ...] | None = None
+    ignore_junction_blocker_s: int | None = None
 
     def __post_init__(self) -> None:
         whole = isinstance(self.horizon_s, int) and not isinstance(self.horizon_s, bool)

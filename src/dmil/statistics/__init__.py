@@ -10,6 +10,7 @@ from dmil.statistics.bootstrap import (
     performance_profile,
     probability_of_improvement,
 )
+from dmil.statistics.proportions import share_interval
 from dmil.statistics.signed_rank import SignedRankTests, holm, signed_rank_tests
 from dmil.statistics.summaries import interquartile_mean, standard_deviation, wins
 
@@ -25,6 +26,7 @@ __all__ = [
     "paired_ratio_of_ratios",
     "performance_profile",
     "probability_of_improvement",
+    "share_interval",
     "signed_rank_tests",
     "standard_deviation",
     "wins",
