@@ -17,7 +17,7 @@ from dmil.simulation.measures import Measures
 from dmil.simulation.protocol import Observation
 from dmil.simulation.queue import kernel
 from dmil.simulation.queue.counts import observe
-from dmil.simulation.queue.layout import build_layout, build_trips
+from dmil.simulation.queue.layout import build_layout, build_trips, lane_number
 from dmil.simulation.queue.state import (
     ARRIVED,
     OUTSIDE_STEPS,
@@ -146,6 +146,17 @@ class QueueSimulator:
             self._checked(phases)  # says which is wrong
         self._time_s += steps
         return self._observe(*seen)
+
+    def close_lane(self, link: str, lane: int, until_s: int) -> None:
+        """Let no vehicle leave a lane from now until a time; see `ClosesLanes`.
+
+        Vehicles go on queueing in it, where it is the shortest of theirs, and are counted. A closed
+        lane is one whose next headway is over at that time, so that closing costs the kernel
+        nothing. With a start wave those of them that would move by now do not count as standing.
+        """
+        number = lane_number(self.network, self._layout, link, lane)
+        ready_s = self.state.ready_s
+        ready_s[number] = max(ready_s[number], float(until_s))
 
     def passed_veh(self) -> npt.NDArray[np.int64]:
         """Return how many vehicles have left the queues of every intersection; see `Simulator`."""
