@@ -223,6 +223,28 @@ class DisturbedSimulator:
         )
 
 
+def first_movement(network: RoadNetwork, link: str, lane: int) -> tuple[int, int]:
+    """Return intersection and number of the first movement that goes from a lane (ours).
+
+    Raises
+    ------
+    InputError
+        If no movement of an intersection does.
+    """
+    lanes: set[int] = set()
+    for i, item in enumerate(network.intersections):
+        for j, each in enumerate(item.movements):
+            if each.from_link == link:
+                lanes |= {*each.lanes}
+                if lane in each.lanes:
+                    return i, j
+    raise InputError(
+        f"link '{link}' has no lane {lane} before an intersection",
+        where=network.name,
+        expected=f"one of {sorted(lanes)}" if lanes else "a link that ends at an intersection",
+    )
+
+
 def _movements(network: RoadNetwork) -> BoolArray:
     """Return where tables of (intersections, movements) are no padding."""
     counts = np.array([len(item.movements) for item in network.intersections])

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.demand import Vehicles
-from dmil.errors import DemandError, InputError
+from dmil.errors import DemandError
 from dmil.network import Intersection, Junction, Movement, RoadNetwork
 from dmil.network.permissions import Classes
 from dmil.scenarios import Scenario
@@ -82,31 +82,6 @@ def build_layout(scenario: Scenario) -> Layout:
         capacity_veh=_capacity(scenario),
         gap_wait_s=np.array([dynamics.gap_wait_s], np.int32),
         start_wave_veh_per_s=np.array([dynamics.start_wave_veh_per_s]),
-    )
-
-
-def lane_number(network: RoadNetwork, layout: Layout, link: str, lane: int) -> int:
-    """Return the network-wide number of a lane before an intersection (ours).
-
-    Raises
-    ------
-    InputError
-        If no movement of an intersection goes from such a lane.
-    """
-    width = layout.signals.served.shape[2]
-    lanes: set[int] = set()
-    for i, item in enumerate(network.intersections):
-        for j, each in enumerate(item.movements):
-            if each.from_link != link:
-                continue
-            lanes |= {*each.lanes}
-            if lane in each.lanes:
-                place = layout.lane_offset[i * width + j] + each.lanes.index(lane)
-                return int(layout.lanes[place])
-    raise InputError(
-        f"link '{link}' has no lane {lane} before an intersection",
-        where=network.name,
-        expected=f"one of {sorted(lanes)}" if lanes else "a link that ends at an intersection",
     )
 
 

@@ -13,11 +13,12 @@ from dmil.demand import Vehicles
 from dmil.errors import InputError
 from dmil.network import RoadNetwork
 from dmil.scenarios import Scenario
+from dmil.simulation.disturbances import first_movement
 from dmil.simulation.measures import Measures
 from dmil.simulation.protocol import Observation
 from dmil.simulation.queue import kernel
 from dmil.simulation.queue.counts import observe
-from dmil.simulation.queue.layout import build_layout, build_trips, lane_number
+from dmil.simulation.queue.layout import build_layout, build_trips
 from dmil.simulation.queue.state import (
     ARRIVED,
     OUTSIDE_STEPS,
@@ -154,8 +155,10 @@ class QueueSimulator:
         lane is one whose next headway is over at that time, so that closing costs the kernel
         nothing. With a start wave those of them that would move by now do not count as standing.
         """
-        number = lane_number(self.network, self._layout, link, lane)
-        ready_s = self.state.ready_s
+        i, j = first_movement(self.network, link, lane)
+        layout, ready_s = self._layout, self.state.ready_s
+        first = layout.lane_offset[i * layout.signals.served.shape[2] + j]
+        number = layout.lanes[first + self.network.intersections[i].movements[j].lanes.index(lane)]
         ready_s[number] = max(ready_s[number], float(until_s))
 
     def passed_veh(self) -> npt.NDArray[np.int64]:

@@ -22,6 +22,8 @@ import libsumo
 
 ACTUATED = "dmil-actuated"
 """Id of the actuated program that is made of an intersection's own one."""
+CLOSED_M_PER_S = 1e-3
+"""Highest speed in a closed lane."""
 SHORTEST_GREEN_S, LONGEST_GREEN_S = 5.0, 50.0
 """Range of a green whose duration the file fixes; netconvert's own for actuated programs."""
 
@@ -32,6 +34,7 @@ class Worker:
     def __init__(self) -> None:
         self._own_program: dict[str, str] = {}
         self._route: dict[str, str] = {}
+        self._closed: dict[str, tuple[float, float]] = {}
         self._stops = False
         self._meso, self._longest_crossing_m = False, 0.0
         self._flush_outputs: Any = getattr(
@@ -60,6 +63,7 @@ class Worker:
         for name, actuated in programs:
             self._follow(name, actuated)
         begin_s = libsumo.simulation.getTime()
+        self._open_lanes(begin_s)
         done = 0
         for second, name, state in switches:
             if done < second < steps:
@@ -70,6 +74,18 @@ class Worker:
         libsumo.simulationStep(begin_s + steps)
         names = _measured()
         return self.look(names), self.elsewhere(names)
+
+    def close_lane(self, name: str, until_s: float) -> None:
+        """Let nobody drive in a lane until a time of SUMO's."""
+        until_before_s, speed = self._closed.get(name, (until_s, libsumo.lane.getMaxSpeed(name)))
+        self._closed[name] = max(until_before_s, until_s), speed
+        libsumo.lane.setMaxSpeed(name, CLOSED_M_PER_S)
+
+    def _open_lanes(self, time_s: float) -> None:
+        for name, (until_s, speed) in list(self._closed.items()):
+            if until_s <= time_s:
+                del self._closed[name]
+                libsumo.lane.setMaxSpeed(name, speed)
 
     def look(self, names: Sequence[str]) -> bytes:
         """Return five rows with a number per vehicle as float64, see `approaches.count_vehicles`.

@@ -86,7 +86,7 @@ def curve_chart(curves: pl.DataFrame, controllers: Sequence[str]) -> Chart | Non
     return _panels(
         data,
         controllers,
-        alt.X("x:Q", title="load (times the demand)", axis=alt.Axis(grid=False, tickCount=6)),
+        alt.X("x:Q", title="load (times the demand)", axis=alt.Axis(grid=False, tickCount=4)),
         lambda field: log_field(alt.Y, field, "delay (s per vehicle)"),
         heading(
             "Delay over load",
@@ -111,9 +111,9 @@ def disturbance_chart(table: pl.DataFrame, controllers: Sequence[str]) -> Chart 
     layers = dots(
         alt.Y("what:N", title=None, sort=list(DISTURBANCE_LABELS.values())),
         coloured("name", order, palette(controllers), legend),
-        ADDED,
-        alt.YOffset("name:N", sort=order),
-        "+.2f",
+        offset=alt.YOffset("name:N", sort=order),
+        format="+.2f",
+        x=lambda field: alt.X(field, title=ADDED, axis=alt.Axis(tickCount=4)),
     )
     chart: Chart = (
         alt.layer(*layers)
@@ -145,7 +145,7 @@ def course_chart(
     return _panels(
         data,
         controllers,
-        alt.X("x:Q", title="time (min)", axis=alt.Axis(grid=False, tickCount=6)),
+        alt.X("x:Q", title="time (min)", axis=alt.Axis(grid=False, tickCount=4)),
         lambda field: alt.Y(field, title="more vehicles waiting"),
         heading(
             f"After: {DISTURBANCE_LABELS[disturbance]}",
@@ -182,7 +182,7 @@ def _panels(
     ] * bool(rules)
     layers += [
         base.transform_filter("isValid(datum.low)")
-        .mark_area(opacity=0.12)
+        .mark_area(opacity=0.08)
         .encode(x=x, y=y("low:Q"), y2=alt.Y2("high:Q"), color=colour),
         base.mark_line(strokeWidth=1.7).encode(
             x=x,
