@@ -217,10 +217,22 @@ class SumoSimulator:
     def close_lane(self, link: str, lane: int, until_s: int) -> None:
         """Let no vehicle leave a lane from now until a time; see `ClosesLanes`.
 
-        Vehicles in it stand, as behind one that broke down, and others change lanes where they can:
-        nobody may drive there faster than 1 mm/s. (SUMO stops a run in which a route leads over a
-        forbidden lane.) It opens at the first decision from that time on.
+        The first vehicle is held at the stop line, as one that broke down; those behind it change
+        lanes where they can. (SUMO stops a run in which a route needs a lane that is forbidden, and
+        finds no time lost in one that nobody may drive fast in.)
+
+        Raises
+        ------
+        InputError
+            If no movement of an intersection has such a lane, no run is under way, or the model is
+            mesoscopic.
         """
+        if self._model == "meso":
+            raise InputError(
+                "the mesoscopic model holds no single vehicle",
+                where=self._scenario.name,
+                expected="the microscopic model where lanes are closed",
+            )
         process, made = self._running(), self._scenario
         i, j = first_movement(self.network, link, lane)
         movement = self.network.intersections[i].movements[j]
