@@ -73,8 +73,8 @@ def capacity(settings: CapacityParameters, json: bool) -> None:
 
     For example:
         dmil study capacity --data data
-        dmil study capacity --networks grid:5x5*6 --controllers combined,max-pressure --out one
-        dmil study capacity --networks resco/cologne3*3 --simulator sumo --seeds 5 --no-disturb
+        dmil study capacity --networks grid:5x5*6 --out one
+        dmil study capacity --networks resco/cologne3*3 --simulator sumo --seeds 5
         dmil study capacity --small --out trial
 
     Ctrl-C keeps finished searches; repeat the command to continue. The results are byte-identical
