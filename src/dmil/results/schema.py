@@ -50,7 +50,7 @@ _PRESET = Column(
     "preset",
     _TEXT,
     "",
-    "Reading of the paper: literal, decaying or matched; resco; memories.",
+    "Reading of the paper: literal, decaying or matched; resco; memories; capacity, disturbances.",
     False,
 )
 _SCENARIO = Column("scenario", _TEXT, "", 'Name of the scenario, such as "grid:5x5".', False)
@@ -91,7 +91,8 @@ _VARIANT = Column(
     "variant",
     _TEXT,
     "",
-    "One more option of the controller, as trigger=staging; null for the paper's own.",
+    "One more option of the controller, as trigger=staging, or what disturbs the run, as incident; "
+    "null for the paper's own, and undisturbed.",
 )
 
 _WHO = (
@@ -130,6 +131,20 @@ RUNS: tuple[Column, ...] = (
         "decisions",
         "From the first decision of its training, or of the run, until its queue stays below "
         "max-pressure's; null if it never does, and for controllers that do not learn.",
+    ),
+    Column(
+        "growth",
+        _REAL,
+        "share",
+        "Share of the arrivals by which the vehicles waiting grow in the second half of the run; "
+        "in the study of capacity.",
+    ),
+    Column(
+        "recovery_s",
+        _REAL,
+        "s",
+        "From the end of a disturbance until about as many vehicles wait as without it, up to the "
+        "end of the run.",
     ),
     Column("status", _TEXT, "", '"ok", or the message of the failure.', False),
 )

@@ -11,11 +11,10 @@ from dmil.controllers import CONTROLLERS, check_controller
 from dmil.controllers.variants import Variant, parse_variant
 from dmil.demand import FileDemand, ResampledDemand
 from dmil.errors import InputError
+from dmil.experiments.cities import CITY, city_cells, city_folder
 from dmil.scenarios import Scenario, SignalTiming, scenario
-from dmil.scenarios.cityflow import holds_list
 from dmil.studies.memories.settings import MemoriesStudySettings
 
-CITY = "cityflow:"
 CITY_TIMING = SignalTiming(decision_interval_s=15, clearance_s=5)
 """As users of CityFlow judge controllers: a decision every 15 s, its first 5 s yellow."""
 GRID_CELLS = (
@@ -87,52 +86,6 @@ class Cell:
         assert isinstance(city.demand, FileDemand)
         # One recorded day is one number; seeds are other days like it.
         return replace(city, demand=ResampledDemand(city.demand))
-
-
-def city_folder(data: Path | None) -> Path:
-    """Return the folder of the cities' folders: the one given, or ``cityflow`` in it (ours).
-
-    Raises
-    ------
-    InputError
-        None was given, or it is no folder.
-    """
-    expected = "a folder with one folder per city, in CityFlow's format"
-    if data is None:
-        mend = "add --data DIR, or set DMIL_DATA"
-        raise InputError("no data folder was given", where="cells", expected=expected, mend=mend)
-    inner = data / "cityflow"
-    folder = inner if inner.is_dir() else data
-    if not folder.is_dir():
-        mend = "check --data or DMIL_DATA"
-        raise InputError("there is no such folder", where=str(data), expected=expected, mend=mend)
-    return folder
-
-
-def city_cells(data: Path) -> tuple[str, ...]:
-    """Return the names of the cells in a folder of data: every city with its first flow (ours).
-
-    The first is that with whose name those of all others begin, or the first by name.
-
-    Raises
-    ------
-    InputError
-        There is no such folder, or no city in it.
-    """
-    folder = city_folder(data)
-    found = []
-    for city in sorted(path.parent for path in folder.glob("*/roadnet*.json")):
-        flows = sorted(path.stem for path in city.glob("*.json") if holds_list(path))
-        if flows:
-            alone = all(other.startswith(flows[0]) for other in flows)
-            found.append(f"{CITY}{city.name}" + ("" if alone else f"#{flows[0]}.json"))
-    if not found:
-        raise InputError(
-            "it holds no city",
-            where=str(folder),
-            expected="one folder per city with roadnet*.json and flow files",
-        )
-    return tuple(found)
 
 
 PRESET = "memories"
