@@ -1,26 +1,28 @@
-"""``dmil study``: many runs, one report; how a study is run here, and what is said meanwhile."""
+"""``dmil study``: many runs, one report."""
 
 from __future__ import annotations
 
 import os
-import time
 from pathlib import Path
 from typing import Any
 
 import typer
-from pydantic import BaseModel, Field
+from pydantic import Field
 
-from dmil.cli.application import FAILED
-from dmil.cli.choices import DEMAND_OPTIONS, stopping
+from dmil.cli.choices import DEMAND_OPTIONS
 from dmil.cli.help import Command, CommandGroup
-from dmil.cli.parameters import JOBS, Option, options, part_of, set_option, settings_command, split
-from dmil.cli.terminal import Progress, print_json, progress, say, show, show_lines, waiting
-from dmil.compilation import is_cold
+from dmil.cli.parameters import Option, options, part_of, set_option, settings_command, split
+from dmil.cli.study_ablation import ablation
+from dmil.cli.study_running import (
+    DATA_VARIABLE,
+    RUNNING,
+    RunningParameters,
+    results_folder,
+    run_and_show,
+)
+from dmil.cli.terminal import say
 from dmil.errors import unknown_name
-from dmil.experiments.study import Study, run_study
 from dmil.experiments.tuning import load_tuned_folder
-from dmil.parallel import Executor, make_executor
-from dmil.results import Results
 from dmil.studies import (
     PRESETS,
     MemoriesStudy,
@@ -30,113 +32,18 @@ from dmil.studies import (
     RescoStudySettings,
 )
 from dmil.studies.memories import MemoriesStudySettings
-from dmil.studies.registry import terminal_of
-
-
-class RunningParameters(BaseModel):
-    """How a study is run here."""
-
-    jobs: int | None = JOBS
-    executor: str = Field(
-        "local", description="Where to run: local (processes) or ray (extra 'ray')."
-    )
-    ray_address: str | None = Field(
-        None, description="Address of a Ray cluster; by default Ray is started locally."
-    )
-    report: bool = Field(True, description="Also write the report.")
-
-    def make_executor(self) -> Executor:
-        """Make what runs it."""
-        return make_executor(self.executor, jobs=self.jobs, address=self.ray_address)
-
-
-RUNNING = (
-    *options("Running", "out DIR; jobs; executor; ray_address ADDRESS"),
-    Option("report", "--report", "Output"),
-)
-
-
-def run_and_show(study: Study[Any], settings: Any, as_json: bool) -> None:
-    """Run a study with progress, write its report, and say what came out.
-
-    Ctrl-C ends it with what is finished, by a `StoppedError`.
-    """
-    started = time.perf_counter()
-    _run(study, settings)
-    terminal = terminal_of(study.name)
-    with Results(settings.out) as results:
-        tables = terminal.tables_of(results)
-        counts = results.query("select count(*) n, count(*) filter (status <> 'ok') f from runs")
-        failures = results.query("select controller, status from runs where status <> 'ok' limit 1")
-    page = _report_of(settings.out, tables) if settings.report else None
-    wall_s = round(time.perf_counter() - started, 3)
-    count, failed = counts.row(0)
-    if as_json:
-        ending = {"wall_s": wall_s, "runs": count, "failed": failed}
-        print_json(terminal.as_json(tables) | ending | {"out": settings.out, "report": page})
-    else:
-        for part in terminal.in_terminal(tables):
-            if isinstance(part, list):
-                show_lines(part)
-            else:
-                show(part, "")
-        where = page or f"dmil report {settings.out}"
-        show("", f"{count} runs, {wall_s:.1f} s", f"Report: {where}")
-    if failed:
-        controller, status = failures.row(0)
-        say(f"{failed} runs failed, the first ({controller}) with: {status}")
-        raise typer.Exit(FAILED)
-
-
-def _run(study: Study[Any], settings: Any) -> None:
-    executor = settings.make_executor()
-    kept = f"finished runs are kept in {settings.out}; repeat the command to continue"
-    with stopping(kept), progress("blocks", first_word="starting") as advance:
-        run_study(study, settings.out, executor=executor, progress=_telling(advance))
-
-
-def _telling(advance: Progress) -> Progress:
-    """Say what happens before the first block is finished, where it takes a while."""
-    begun: list[bool] = []
-
-    def tell(done: int, total: int) -> None:
-        if not begun:
-            begun.append(True)
-            if done == total:
-                say(
-                    f"This study is already complete in the folder, all {total} blocks: nothing to "
-                    "run."
-                )
-                return
-            if is_cold():
-                say("First start: compiling the kernels once, about half a minute.")
-        advance(done, total)
-
-    return tell
-
-
-def _report_of(folder: Path, tables: Any) -> Path:
-    from dmil.studies.report import write_report
-
-    with waiting("writing the report"):
-        return write_report(folder, tables=tables)
-
-
-def _folder(name: str) -> Any:
-    text = "Folder for results and report; a study started there is resumed."
-    return Field(Path(name), description=text)
 
 
 class StudyParameters(PaperStudySettings, RunningParameters):
     """The paper's study, and how it is run here."""
 
-    out: Path = _folder("study")
+    out: Path = results_folder("study")
 
 
 class RescoParameters(RescoStudySettings, RunningParameters):
     """The study on the RESCO benchmark, and how it is run here."""
 
-    out: Path = _folder("resco")
+    out: Path = results_folder("resco")
 
 
 def _presets(text: str) -> list[str]:
@@ -177,7 +84,6 @@ RESCO_OPTIONS = (
     *RUNNING,
 )
 
-DATA_VARIABLE = "DMIL_DATA"
 SMALL: dict[str, Any] = {
     "cells": ("grid:1x1", "grid:3x3*4", "grid:5x5"),
     "seeds": 5,
@@ -200,7 +106,7 @@ class MemoriesParameters(MemoriesStudySettings, RunningParameters):
     tuned_in: Path | None = Field(
         None, description="Folder of dmil tune: controllers use the options chosen there."
     )
-    out: Path = _folder("memories")
+    out: Path = results_folder("memories")
 
     @property
     def study(self) -> MemoriesStudySettings:
@@ -255,6 +161,9 @@ def _studies(ctx: typer.Context) -> None:
     """
     if ctx.invoked_subcommand is None:
         ctx.get_help()
+
+
+study.command(cls=Command)(ablation)
 
 
 @study.command(cls=Command)

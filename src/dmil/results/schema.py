@@ -16,7 +16,7 @@ import polars as pl
 
 from dmil.results.metrics import EPISODE, METRICS
 
-SCHEMA_VERSION = 5
+SCHEMA_VERSION = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ _PRESET = Column(
     "preset",
     _TEXT,
     "",
-    "Reading of the paper: literal, decaying or matched; resco; memories.",
+    "Reading of the paper: literal, decaying or matched; resco; memories; ablation.",
     False,
 )
 _SCENARIO = Column("scenario", _TEXT, "", 'Name of the scenario, such as "grid:5x5".', False)
@@ -108,6 +108,14 @@ RUNS: tuple[Column, ...] = (
     Column("training_s", _WHOLE, "s", "Length of the training before it; null for baselines."),
     *(column for name, column in _METRICS.items() if name != "msize_per_agent"),
     Column("intersections", _WHOLE, "", "Intersections that the controller decides for."),
+    Column(
+        "locked",
+        _WHOLE,
+        "intersections",
+        "Intersections that locked: from some second to the end a queue, and less than a fifth of "
+        "those cross who would if nobody waited. Null where it was not looked for.",
+    ),
+    Column("locked_from_s", _WHOLE, "s", "When the first of them locked; null for none."),
     _METRICS["msize_per_agent"],
     Column(
         "decisions_until_better",

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import polars as pl
 
 from dmil.controllers.variants import parse_variant
+from dmil.experiments.cells import CITY, Cell
 from dmil.reports.labels import colour, dash, short_label
-from dmil.studies.memories.plan import CITY, Cell
 
 MAX_PRESSURE = "max-pressure"
 LONGEST_QUEUE = "longest-queue-first"
