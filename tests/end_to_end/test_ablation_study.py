@@ -61,3 +61,18 @@ def test_a_name_that_is_wrong_ends_with_2(dmil, tmp_path):
     done = dmil("study", "ablation", "--parts", "ages", "--out", tmp_path / "x", code=2)
     assert "there is no part named 'ages'" in done.err
     assert not (tmp_path / "x").exists()
+
+
+@pytest.mark.slow
+def test_roads_of_sumo_run_in_sumo(dmil, tmp_path):
+    pytest.importorskip("libsumo", reason="needs the extra sumo")
+    given = ("--cells", "resco/cologne1", "--controllers", "max-pressure", "--parts", "guard")
+    done = dmil(
+        *("study", "ablation", *given, "--seeds", 1, "--steps", 300, "--jobs", 1),
+        *("--no-report", "--json", "--out", tmp_path / "roads"),
+    )
+    assert done.json["runs"] == 2
+    with Results(tmp_path / "roads") as results:
+        runs = results.runs()
+    assert runs["simulator"].unique().to_list() == ["sumo"]
+    assert set(runs["controller"]) == {"max-pressure", "max-pressure,guard=false"}
