@@ -40,6 +40,7 @@ def write_ablation(folder, *, settings=SETTINGS, failed=(), locked=()):
                 chance = 0.1 * (unit.seed % 3) if label in CHANGE_S else 0.0
                 row["delay_s"] = DELAY_S[variant.name] + unit.seed % 5
                 row["delay_s"] += CHANGE_S.get(label, 0.0) + chance
+                row["delay_s"] += 1000.0 * (key in locked)
                 row["locked"] = int(key in locked)
                 row["locked_from_s"] = 1200 if key in locked else None
             rows.append(row)

@@ -26,8 +26,8 @@ def figures_of_study(tables: AblationTables) -> Iterator[Figure]:
     runs = tables.runs
     caption = (
         "Paired difference in delay from the controller as it is, in %: interquartile mean over "
-        f"seeds and its 95 % interval; right of the line is worse. Beyond ±{WIDEST_PCT:g} % at the "
-        "edge."
+        "seeds and its 95 % interval, locked runs left out; right of the line is worse. Beyond "
+        f"±{WIDEST_PCT:g} % at the edge."
     )
     chart = forest(tables.differences, runs.cells, runs.controllers, runs.changes)
     yield from drawn_figures([("parts", "parts", caption, chart)])
@@ -47,7 +47,7 @@ def forest(
     names = [short_label(name) for name in controllers]
     data = known.select(
         "change",
-        "n",
+        n="free",
         name=pl.col("controller").replace(dict(zip(controllers, names, strict=True))),
         where=pl.col("cell").replace(dict(zip(cells, places, strict=True))),
         **{

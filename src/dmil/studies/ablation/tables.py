@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 import polars as pl
+from numpy.typing import NDArray
 
 from dmil.analysis.estimates import IQM, Values, as_column, interval_columns
 from dmil.analysis.panel import RunPanel, check_distinct, check_success, on_axes
 from dmil.controllers.variants import parse_variant
 from dmil.results import Results
 from dmil.seeding import stream
-from dmil.statistics import mean_interval
+from dmil.statistics import Estimate, interquartile_mean, mean_interval
 from dmil.studies.ablation.plan import PARTS, Switched
 
 DELAY = "delay_s"
@@ -163,53 +164,70 @@ def differences(runs: AblationRuns) -> pl.DataFrame:
     -------
     Per cell, controller and part: ``change`` in words, the ``variant`` that ran, ``n`` seeds, the
     interquartile mean of the paired differences in delay ``delay_s`` with ``low`` and ``high``, the
-    same in % of the controller as it is, ``pct`` with ``pct_low`` and ``pct_high``, ``alike``, the
-    share of seeds in which nothing changed, and ``locked``, the runs in which an intersection
-    locked.
+    same in % of the controller as it is, ``pct`` with ``pct_low`` and ``pct_high``, over the
+    ``free`` seeds in which neither of the two locked, ``alike``, the share of seeds in which
+    nothing changed, and ``locked``, the runs in which an intersection locked.
     """
     rows: list[dict[str, Any]] = []
     for cell in runs.cells:
         for each in runs.switched:
             label = each.variant.label
-            usual = runs.of(DELAY, cell=cell, controller=each.controller)
-            change = (runs.of(DELAY, cell=cell, controller=label) - usual)[:, None]
-            rng = stream(0, "bootstrap", "ablation", cell, label)
-            found = mean_interval(change, rng, summary=IQM)
-            whole = mean_interval(usual[:, None], rng, summary=IQM, resamples=1).value[0]
-            percent = 100.0 / whole if whole > 0 else np.nan
-            ends = [float(end[0]) for end in (found.value, found.low, found.high)]
+            names = "bootstrap", "ablation", cell, label
+            change = _of(runs, cell, label) - _of(runs, cell, each.controller)
+            found = mean_interval(change[:, None], stream(0, *names), summary=IQM)
+            free = _free(runs, cell, label) & _free(runs, cell, each.controller)
+            usual = np.where(free, _of(runs, cell, each.controller), np.nan)
+            percent = mean_interval(
+                np.where(free, 100.0 * change / _iqm(usual), np.nan)[:, None],
+                stream(0, *names),
+                summary=IQM,
+            )
             rows.append(
-                _who(cell, each, int(found.seeds[0]))
-                | dict(zip(("delay_s", "low", "high"), ends, strict=True))
-                | {
-                    name: end * percent
-                    for name, end in zip(("pct", "pct_low", "pct_high"), ends, strict=True)
-                }
-                | {
-                    "alike": _share(change[:, 0]),
-                    "locked": _locked(runs, cell, label),
-                }
+                _who(cell, each)
+                | {"n": int(found.seeds[0]), "free": int(percent.seeds[0])}
+                | _ends(found, "delay_s", "low", "high")
+                | _ends(percent, "pct", "pct_low", "pct_high")
+                | {"alike": _share(change), "locked": _locked(runs, cell, label)}
             )
     return pl.DataFrame(rows, schema=_SCHEMA).fill_nan(None)
 
 
 _SCHEMA: dict[str, type[pl.DataType]] = {
     **dict.fromkeys(("cell", "controller", "part", "change", "variant"), pl.String),
-    "n": pl.Int64,
+    **dict.fromkeys(("n", "free"), pl.Int64),
     **dict.fromkeys(("delay_s", "low", "high", "pct", "pct_low", "pct_high", "alike"), pl.Float64),
     "locked": pl.Int64,
 }
 
 
-def _who(cell: str, each: Switched, seeds: int) -> dict[str, Any]:
+def _who(cell: str, each: Switched) -> dict[str, Any]:
     return {
         "cell": cell,
         "controller": each.controller,
         "part": each.part,
         "change": each.change,
         "variant": each.variant.label,
-        "n": seeds,
     }
+
+
+def _ends(found: Estimate, *names: str) -> dict[str, float]:
+    ends = (found.value, found.low, found.high)
+    return {name: float(end[0]) for name, end in zip(names, ends, strict=True)}
+
+
+def _of(runs: AblationRuns, cell: str, label: str) -> Values:
+    return runs.of(DELAY, cell=cell, controller=label)
+
+
+def _free(runs: AblationRuns, cell: str, label: str) -> NDArray[np.bool_]:
+    """Return in which seeds no intersection locked."""
+    return np.asarray(runs.of("locked", cell=cell, controller=label) == 0)
+
+
+def _iqm(values: Values) -> float:
+    present = values[~np.isnan(values)]
+    found = float(interquartile_mean(present)) if present.size else np.nan
+    return found if found > 0 else np.nan
 
 
 def _share(change: Values) -> float:
