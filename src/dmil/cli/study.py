@@ -12,6 +12,7 @@ from pydantic import Field
 from dmil.cli.choices import DEMAND_OPTIONS
 from dmil.cli.help import Command, CommandGroup
 from dmil.cli.parameters import Option, options, part_of, set_option, settings_command, split
+from dmil.cli.study_ablation import ablation
 from dmil.cli.study_capacity import CAPACITY_OPTIONS, CapacityParameters, capacity
 from dmil.cli.studying import (
     DATA_VARIABLE,
@@ -150,6 +151,7 @@ def _studies(ctx: typer.Context) -> None:
         ctx.get_help()
 
 
+study.command(cls=Command)(ablation)
 study.command(cls=Command)(
     settings_command("study capacity", CapacityParameters, CAPACITY_OPTIONS)(capacity)
 )

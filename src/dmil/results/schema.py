@@ -50,7 +50,8 @@ _PRESET = Column(
     "preset",
     _TEXT,
     "",
-    "Reading of the paper: literal, decaying or matched; resco; memories; capacity, disturbances.",
+    "Reading of the paper: literal, decaying or matched; resco; memories; ablation; capacity, "
+    "disturbances.",
     False,
 )
 _SCENARIO = Column("scenario", _TEXT, "", 'Name of the scenario, such as "grid:5x5".', False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dmil.experiments.cities import CITY
+from dmil.experiments.cells import CITY
 from dmil.reports.labels import network_label
 from dmil.studies.capacity.disturbed import (
     CLOSED_S,

@@ -9,7 +9,7 @@ from pathlib import Path
 from dmil.controllers import CONTROLLERS, check_controller
 from dmil.controllers.variants import Variant, parse_variant
 from dmil.errors import InputError
-from dmil.experiments.cities import CITY, city_cells, city_folder
+from dmil.experiments.cells import CITY, city_cells, city_folder
 from dmil.scenarios import Scenario, SignalTiming, scenario
 from dmil.studies.capacity.settings import CapacityStudySettings
 

@@ -12,7 +12,7 @@ import polars as pl
 from numpy.typing import NDArray
 
 from dmil.analysis.panel import RunPanel, Values, check_success, numeric, on_axes
-from dmil.experiments.cities import CITY
+from dmil.experiments.cells import CITY
 from dmil.results import Results
 from dmil.studies.memories.names import with_cell
 

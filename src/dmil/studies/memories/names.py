@@ -6,9 +6,8 @@ import re
 
 import polars as pl
 
-from dmil.experiments.cities import CITY
+from dmil.experiments.cells import CITY, Cell
 from dmil.reports.contenders import controller_name
-from dmil.studies.memories.plan import Cell
 
 MAX_PRESSURE = "max-pressure"
 LONGEST_QUEUE = "longest-queue-first"

@@ -9,7 +9,7 @@ import polars as pl
 
 from dmil.analysis.claims import FEWEST_SEEDS, difference_text
 from dmil.analysis.panel import rows_by
-from dmil.experiments.cities import CITY
+from dmil.experiments.cells import CITY
 from dmil.reports.contenders import controller_name
 from dmil.reports.export import Figure, csv, evidence_csv, latex
 from dmil.reports.html import check_preset, configuration_rows, environment, shared_values

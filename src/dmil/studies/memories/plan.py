@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 from dmil.controllers import CONTROLLERS, check_controller
 from dmil.controllers.variants import Variant, parse_variant
-from dmil.demand import FileDemand, ResampledDemand
-from dmil.errors import InputError
-from dmil.experiments.cities import CITY, city_cells, city_folder
-from dmil.scenarios import Scenario, SignalTiming, scenario
+from dmil.experiments.cells import Cell, city_cells
 from dmil.studies.memories.settings import MemoriesStudySettings
 
-CITY_TIMING = SignalTiming(decision_interval_s=15, clearance_s=5)
-"""As users of CityFlow judge controllers: a decision every 15 s, its first 5 s yellow."""
 GRID_CELLS = (
     "grid:1x1",
     "grid:1x1*3",
@@ -30,62 +24,6 @@ GRID_CELLS = (
     "grid:5x5/time-varying",
 )
 """Light load to near saturation (1×1 ×7 and 5×5 ×3.6 are on its edge)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Cell:
-    """A network with its demand.
-
-    Attributes
-    ----------
-    scenario: str
-        Name of the scenario; a city's is that of its folder inside the folder of data.
-    load: float
-        Factor on its demand.
-    """
-
-    scenario: str
-    load: float = 1.0
-
-    @classmethod
-    def parse(cls, name: str) -> Cell:
-        """Read a cell's name, such as ``grid:5x5`` or ``grid:5x5*3.6`` (ours).
-
-        Raises
-        ------
-        InputError
-            The load is not a number.
-        """
-        place, star, load = name.partition("*")
-        try:
-            return cls(place, float(load) if star else 1.0)
-        except ValueError:
-            raise InputError(
-                f"found '{name}'",
-                where="cells",
-                expected="SCENARIO or SCENARIO*LOAD, such as grid:5x5*3",
-            ) from None
-
-    @property
-    def name(self) -> str:
-        """Its name, as `parse` reads it."""
-        return self.scenario if self.load == 1.0 else f"{self.scenario}*{self.load:g}"
-
-    def build(self, horizon_s: int, data: Path | None) -> Scenario:
-        """Make the scenario; ``data`` is the folder of the cities' folders (ours).
-
-        Raises
-        ------
-        InputError
-            There is no such scenario, its files are not valid, or a city has no folder of data.
-        """
-        if not self.scenario.startswith(CITY):
-            return scenario(self.scenario, horizon_s=horizon_s, load=self.load)
-        place = city_folder(data) / self.scenario.removeprefix(CITY)
-        city = scenario(f"{CITY}{place}", horizon_s=horizon_s, load=self.load, timing=CITY_TIMING)
-        assert isinstance(city.demand, FileDemand)
-        # One recorded day is one number; seeds are other days like it.
-        return replace(city, demand=ResampledDemand(city.demand))
 
 
 PRESET = "memories"

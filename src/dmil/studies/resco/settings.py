@@ -79,10 +79,10 @@ class RescoStudySettings(BaseModel):
     emissions: bool = Field(True, description="Have SUMO compute CO2 and fuel.")
     reward: str = Field("diffusion", description="Reward of learners.")
     sarsa: SarsaSettings = Field(
-        SarsaSettings(epsilon=0.1), description="Non-memory agent, exact states."
+        SarsaSettings(epsilon=0.1, guard=False), description="Non-memory agent, exact states."
     )
     dual_memory: DualMemorySettings = Field(
-        DualMemorySettings(epsilon=0.1),
+        DualMemorySettings(epsilon=0.1, guard=False),
         description="Memory-based agent; the study sets classes and communication.",
     )
 
