@@ -61,6 +61,23 @@ class SumoFiles:
     options: tuple[tuple[str, str], ...] = ()
 
 
+@dataclass(frozen=True)
+class CityflowFiles:
+    """What CityFlow needs of a scenario beside its vehicles (ours).
+
+    Parameters
+    ----------
+    roadnet
+        The road network.
+    kinds
+        Lengths, speeds and accelerations of vehicles, as in a flow file; ``Vehicles.kind`` are
+        indices into it.
+    """
+
+    roadnet: Path
+    kinds: tuple[dict[str, float], ...]
+
+
 LONGEST_RUN_S = 10**8
 """Longest run, three years: steps are counted in 32 bits."""
 FROM_FILES: dict[str, Any] = {"saturation_flow_veh_per_s": 0.5, "storage": True}
@@ -131,6 +148,8 @@ class Scenario:
     link_free_s
         (links,) seconds of these that are free flow, beyond which time counts as lost, where they
         were measured; else length and speed tell.
+    cityflow
+        CityFlow's files of the scenario, if it comes from such.
 
     Raises
     ------
@@ -147,6 +166,7 @@ class Scenario:
     sumo: SumoFiles | None = None
     link_time_s: tuple[float, ...] | None = None
     link_free_s: tuple[float, ...] | None = None
+    cityflow: CityflowFiles | None = None
 
     def __post_init__(self) -> None:
         whole = isinstance(self.horizon_s, int) and not isinstance(self.horizon_s, bool)

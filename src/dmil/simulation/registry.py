@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from dmil.errors import InputError, unknown_name
 from dmil.scenarios import Scenario
+from dmil.simulation.cityflow import CityflowSimulator
 from dmil.simulation.protocol import Simulator
 from dmil.simulation.queue import QueueSimulator
 from dmil.simulation.sumo import SumoSimulator
@@ -16,6 +17,7 @@ SIMULATORS: dict[str, Callable[[Scenario, bool], Simulator]] = {
     "sumo-meso": lambda scenario, emissions: SumoSimulator(
         scenario, model="meso", emissions=emissions
     ),
+    "cityflow": lambda scenario, emissions: CityflowSimulator(scenario),
 }
 """Name to what makes the simulator of a scenario, told whether emissions are wanted."""
 
@@ -39,15 +41,15 @@ def make_simulator(
     UnknownNameError
         If there is no such simulator.
     InputError
-        If emissions are asked of a simulator that knows none.
+        If emissions are asked of a simulator that knows none, or CityFlow is not installed.
     MissingExtraError
         If it needs SUMO, which is not installed.
     """
     if name not in SIMULATORS:
         raise unknown_name("simulator", name, SIMULATORS)
-    if emissions and name == "queue":
+    if emissions and name in ("queue", "cityflow"):
         raise InputError(
-            "the queue simulator knows no emissions",
+            f"the simulator {name} knows no emissions",
             where="emissions",
             mend="use SUMO, or leave it",
         )
