@@ -204,10 +204,8 @@ class PlainFactored:
         full = group.queue + group.moving >= SINGLE(FULL * self.room_veh[group.link])
         if full or before > 0:
             joined = max(SINGLE(0), group.queue - (queue - before) + self.discharged(treated))
-        group.outside = SINGLE(0)
-        if full:
-            waiting = max(SINGLE(0), before + group.rate - joined)
-            group.outside = min(waiting, MOST_OUTSIDE)
+        waiting = max(SINGLE(0), before + group.rate - joined) if full else SINGLE(0)
+        group.outside = min(waiting, MOST_OUTSIDE)
         group.queue += group.outside
         group.waited += float(before + group.outside) / 2
         return joined

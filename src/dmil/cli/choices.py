@@ -105,9 +105,10 @@ SIMULATOR_OPTIONS = options("Simulator", "simulator; emissions; ignore_junction_
 class SimulatorChoice(BaseModel):
     """Which simulator runs a scenario."""
 
-    simulator: Literal["queue", "sumo", "sumo-meso"] = Field(
+    simulator: Literal["queue", "sumo", "sumo-meso", "cityflow"] = Field(
         "queue",
-        description="Simulator: queue (the embedded one), sumo (microscopic) or sumo-meso.",
+        description="Simulator: queue (the embedded one), sumo (microscopic), sumo-meso, or "
+        "cityflow (where its module is installed, for its files).",
     )
     emissions: bool = Field(
         False, description="Also let SUMO compute emissions and fuel, which takes longer."

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -33,6 +34,7 @@ class FlowRecord(BaseModel):
     model_config = ConfigDict(frozen=True)
 
     route: Annotated[tuple[str, ...], Field(min_length=1)]
+    vehicle: dict[str, FiniteFloat] = {}
     interval: Annotated[FiniteFloat, Field(gt=0)]
     start: Annotated[FiniteFloat, Field(le=LAST_S, alias="startTime")] = 0.0
     end: Annotated[FiniteFloat, Field(le=LAST_S, alias="endTime")] = NO_END
@@ -49,9 +51,12 @@ class CityflowDemand(FileDemand):
     ----------
     remarks
         What was left out of the file, and why.
+    kinds
+        The file's kinds of vehicles, their lengths, speeds and accelerations.
     """
 
     remarks: tuple[DemandRemark, ...] = ()
+    kinds: tuple[dict[str, float], ...] = ({},)
 
 
 def read_cityflow_flow(
@@ -85,13 +90,15 @@ def read_cityflow_flow(
 
     Notes
     -----
-    The vehicles' lengths, speeds and accelerations are not read: see the scenario's
-    ``QueueDynamics``.
+    The vehicles' lengths, speeds and accelerations are for CityFlow only: for the queue simulator
+    see the scenario's ``QueueDynamics``.
     """
     flows = read_json(path, _FILE, content="a CityFlow flow file", error=DemandError)
     depart_s: list[int] = []
     routes: list[list[int]] = []
     remarks, router = Remarks(), AnchorRouter(network)
+    kinds: dict[str, int] = {}
+    kind: list[int] = []
     for index, flow in enumerate(flows):
         where = f"{path}: [{index}]"
         route = router.way(known_links(network, flow.route, where=where))
@@ -101,12 +108,18 @@ def read_cityflow_flow(
         elif len(route) > 1:
             depart_s.extend(seconds)
             routes.extend([route] * len(seconds))
+            own = json.dumps(flow.vehicle, sort_keys=True)
+            kind.extend([kinds.setdefault(own, len(kinds))] * len(seconds))
         elif route:
             remarks.add("one-road", f"[{index}]", len(seconds), place=flow.route[0])
         else:
             remarks.add("no-way", f"[{index}]", len(seconds), place=flow.route[0])
-    vehicles = in_order(np.array(depart_s, dtype=np.float64), routes)
-    return CityflowDemand(network, vehicles, remarks=remarks.all())
+    # Vehicles of one kind are told apart by nothing.
+    vehicles = in_order(
+        np.array(depart_s, dtype=np.float64), routes, kind if len(kinds) > 1 else None
+    )
+    found = tuple(map(json.loads, kinds)) or ({},)
+    return CityflowDemand(network, vehicles, remarks=remarks.all(), kinds=found)
 
 
 def _departures_s(flow: FlowRecord, horizon_s: int | None, where: str) -> list[int]:

@@ -10,6 +10,7 @@ from dmil.symmetry import EMBEDDINGS
 
 _SIMULATORS = {
     "sumo": "SUMO",
+    "cityflow": "CityFlow",
     "sumo-meso": "SUMO, mesoscopic",
     "sumo-unblocked": "SUMO, blockers ignored",
     "queue-calibrated": "queue, calibrated",

@@ -8,7 +8,7 @@ from pathlib import Path
 from dmil.demand import read_cityflow_flow
 from dmil.errors import InputError, unknown_name
 from dmil.network import read_cityflow_roadnet
-from dmil.scenarios.model import FROM_FILES, QueueDynamics, Scenario, horizon_of
+from dmil.scenarios.model import FROM_FILES, CityflowFiles, QueueDynamics, Scenario, horizon_of
 from dmil.scenarios.timing import PLAN, SignalTiming
 
 DECISION_INTERVAL_S = 15
@@ -57,6 +57,7 @@ def cityflow_scenario(
         timing=timing or SignalTiming(decision_interval_s=decision_interval_s, **PLAN),
         dynamics=dynamics or QueueDynamics(**FROM_FILES),
         horizon_s=horizon_s,
+        cityflow=CityflowFiles(Path(roadnet), demand.kinds),
     )
 
 

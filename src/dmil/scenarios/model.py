@@ -61,6 +61,23 @@ class SumoFiles:
     options: tuple[tuple[str, str], ...] = ()
 
 
+@dataclass(frozen=True)
+class CityflowFiles:
+    """What CityFlow needs of a scenario beside its vehicles (ours).
+
+    Parameters
+    ----------
+    roadnet
+        The road network.
+    kinds
+        Lengths, speeds and accelerations of vehicles, as in a flow file; ``Vehicles.kind`` are
+        indices into it.
+    """
+
+    roadnet: Path
+    kinds: tuple[dict[str, float], ...]
+
+
 LONGEST_RUN_S = 10**8
 """Longest run, three years: steps are counted in 32 bits."""
 FROM_FILES: dict[str, Any] = {"saturation_flow_veh_per_s": 0.5, "storage": True}
@@ -135,6 +152,8 @@ class Scenario:
         SUMO only: a vehicle that has stood on a junction for so many seconds blocks nobody any
         more (``--ignore-junction-blocker``). None: it blocks until it moves, or as a configuration
         says.
+    cityflow
+        CityFlow's files of the scenario, if it comes from such.
 
     Raises
     ------
@@ -152,6 +171,7 @@ class Scenario:
     link_time_s: tuple[float, ...] | None = None
     link_free_s: tuple[float, ...] | None = None
     ignore_junction_blocker_s: int | None = None
+    cityflow: CityflowFiles | None = None
 
     def __post_init__(self) -> None:
         whole = isinstance(self.horizon_s, int) and not isinstance(self.horizon_s, bool)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from dmil.errors import InputError, unknown_name
 from dmil.scenarios import Scenario
+from dmil.simulation.cityflow import CityflowSimulator
 from dmil.simulation.protocol import Simulator
 from dmil.simulation.queue import QueueSimulator
 from dmil.simulation.sumo import SumoSimulator
@@ -16,6 +17,7 @@ SIMULATORS: dict[str, Callable[[Scenario, bool], Simulator]] = {
     "sumo-meso": lambda scenario, emissions: SumoSimulator(
         scenario, model="meso", emissions=emissions
     ),
+    "cityflow": lambda scenario, emissions: CityflowSimulator(scenario),
 }
 """Name to what makes the simulator of a scenario, told whether emissions are wanted."""
 
@@ -39,8 +41,8 @@ def make_simulator(
     UnknownNameError
         If there is no such simulator.
     InputError
-        If something is asked of the queue simulator that it does not know: emissions, or vehicles
-        that block a junction.
+        If emissions, or vehicles that block a junction, are asked of a simulator that knows none,
+        or CityFlow is not installed.
     MissingExtraError
         If it needs SUMO, which is not installed.
     """
@@ -54,9 +56,9 @@ def make_simulator(
             "vehicles that block a junction",
         ),
     ):
-        if asked and name == "queue":
+        if asked and name in ("queue", "cityflow"):
             raise InputError(
-                f"the queue simulator knows no {what}",
+                f"the simulator {name} knows no {what}",
                 where=where,
                 mend="use SUMO (--simulator sumo), or leave it",
             )

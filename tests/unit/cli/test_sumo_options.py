@@ -108,7 +108,7 @@ def test_vehicles_that_block_a_junction_can_be_ignored(dmil, tmp_path):
     assert run_files(grid, tmp_path).further_options == (("ignore-junction-blocker", "7"),)
     assert dmil.json(*run, "--simulator", "sumo")["runs"][0]["spawned_veh"] > 100
     dmil(*run, code=2)
-    assert "the queue simulator knows no vehicles that block a junction" in dmil.err
+    assert "the simulator queue knows no vehicles that block a junction" in dmil.err
     dmil(*run[:-1], "0", code=2)
     assert "--ignore-junction-blocker: found 0; expected at least 1" in dmil.err
 

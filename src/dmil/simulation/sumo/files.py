@@ -158,7 +158,9 @@ def write_routes(file: Path, vehicles: Vehicles, files: RunFiles) -> None:
     offset = vehicles.route_offset.tolist()
     names = [escape(edge, {'"': "&quot;"}) for edge in files.edges]
     route = [names[link] for link in vehicles.route_links.tolist()]
-    kind = None if vehicles.kind is None else vehicles.kind.tolist()
+    # CityFlow's kinds of vehicles are none of SUMO's.
+    told = vehicles.kind is not None and bool(files.kinds)
+    kind = vehicles.kind.tolist() if told and vehicles.kind is not None else None
     with file.open("w", encoding="utf-8") as text:
         text.write(f"<routes>\n{files.beside.types_xml}\n")
         for v in range(len(vehicles)):
