@@ -46,8 +46,9 @@ def ablation(settings: AblationParameters, json: bool) -> None:
 
     combined, factored and lookahead run as they are, and with one part switched at a time: left out
     where they have it by default, added where they have not. The parts: yields (turns that yield
-    count less), age (long waits), waves (only before a choice), guard (for shared lanes),
-    approaching, expected (announced vehicles), learning, look-ahead.
+    count less), age (long waits), waves (only before a choice), outside (vehicles behind full
+    entries), censored (learning from those who move), guard (for shared lanes), approaching,
+    expected (announced vehicles), learning, look-ahead.
 
     The metric is delay, in s per vehicle. All variants meet the same vehicles in the same seed;
     shown are interquartile means of paired differences with 95 % intervals, and locked runs.

@@ -40,6 +40,8 @@ PARTS = {
     "yields": Part("yields", off=False, on=True, label="turns that yield"),
     "age": Part("age", off=0.0, on=AGE_VEH_PER_S, label="long waits"),
     "waves": Part("waves", off="everywhere", on="choice", label="waves at choices only"),
+    "outside": Part("outside", off=False, on=True, label="vehicles outside"),
+    "censored": Part("censored", off=False, on=True, label="censored learning"),
     "guard": Part("guard", off=False, on=True, label="guard for shared lanes"),
     "approaching": Part("approaching", off=False, on=True, label="approaching vehicles"),
     "expected": Part("expected", off=0.0, on=0.3, label="announced vehicles"),
