@@ -86,7 +86,8 @@ def test_what_is_wrong_with_the_files_is_told(dmil, arguments, message):
 def test_the_end_of_a_training_says_how_the_policy_compares(dmil, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # a long name would be wrapped
     policy = "p.npz"
-    train = ("train", "grid:2x2", "--steps", 300, "--episodes", 1, "--out", policy)
+    train = ("train", "grid:2x2", "--controller", "dual-memory", "--steps", 300)
+    train += ("--episodes", 1, "--out", policy)
     found = dmil.json(*train)["compared"]["delay_s"]
     rivals = ("fixed-cycle", "max-pressure", "longest-queue-first,approaching=true", "combined")
     assert set(found) == {"p.npz", *rivals}

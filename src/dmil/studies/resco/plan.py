@@ -12,20 +12,22 @@ from dmil.scenarios.names import PREFIX
 from dmil.studies.resco.settings import RescoStudySettings
 
 PRESET = "resco"
-APPROACHING = {"approaching": True}
-UNTRAINED = (
-    Variant("program"),
-    Variant("actuated"),
-    Variant("gap-out"),
-    Variant("sotl"),
-    Variant("longest-queue-first"),
-    Variant("longest-queue-first", APPROACHING),
-    Variant("max-pressure"),
-    Variant("max-pressure", APPROACHING),
-    Variant("factored"),
-    Variant("lookahead"),
-    Variant("combined"),
-    Variant("random"),
+APPROACHING = ("longest-queue-first", "max-pressure")
+"""Rules that also run with approaching vehicles."""
+PLANNED = ("fixed-cycle", "webster")
+"""Rules left out: the networks have plans of their own."""
+UNTRAINED = sorted(
+    (
+        variant
+        for name, entry in CONTROLLERS.items()
+        if entry.family in ("rules", "lanes") and name not in PLANNED
+        for variant in (
+            Variant(name),
+            *([Variant(name, {"approaching": True})] if name in APPROACHING else []),
+        )
+    ),
+    # The plan is what all are compared with, chance what all must beat.
+    key=lambda variant: (not CONTROLLERS[variant.name].shows_plan, variant.name == "random"),
 )
 """Rules, and memories of lanes, which learn online and are not trained."""
 LEARNERS: tuple[tuple[str, str, bool], ...] = (
