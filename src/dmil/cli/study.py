@@ -30,6 +30,7 @@ from dmil.studies import (
     RescoStudySettings,
 )
 from dmil.studies.memories import MemoriesStudySettings
+from dmil.studies.protocols import ProtocolsStudy, ProtocolsStudySettings
 from dmil.studies.registry import terminal_of
 
 
@@ -241,6 +242,21 @@ MEMORIES_OPTIONS = (
 )
 
 
+class ProtocolsParameters(ProtocolsStudySettings, RunningParameters):
+    """The study of protocols, and how it is run here."""
+
+    out: Path = _folder("protocols")
+
+
+PROTOCOLS_OPTIONS = (
+    Option("protocols", "--protocols", "Study", "NAMES", read=split),
+    Option("cities", "--cities", "Study", "NAMES", read=split, default="all"),
+    Option("controllers", "--controllers", "Study", "NAMES", read=variants),
+    *options("Study", "data DIR; seeds; first_seed; shift_s; horizon_s --steps; queue"),
+    *RUNNING,
+)
+
+
 study = typer.Typer(cls=CommandGroup, add_completion=False, invoke_without_command=True)
 
 
@@ -337,3 +353,25 @@ def resco(settings: RescoParameters, json: bool) -> None:
     command to continue. The results are byte-identical for any number of processes.
     """
     run_and_show(RescoStudy(part_of(settings, RescoStudySettings)), settings, json)
+
+
+@study.command(cls=Command)
+@settings_command("study protocols", ProtocolsParameters, PROTOCOLS_OPTIONS)
+def protocols(settings: ProtocolsParameters, json: bool) -> None:
+    """Run methods under published protocols, each an exact recipe, on recorded cities.
+
+    A protocol fixes interval, clearance and its kind, phases, begin and measure. A published figure
+    stands beside ours under the same recipe only; that it is the same, their max-pressure shows,
+    run here. The report also splits gains: method, interval and phases, measure.
+
+    For example:
+        dmil study protocols --data data
+        dmil study protocols --protocols llmlight-30-5-4 --cities JN1,HZ1 --seeds 1 --no-queue
+
+    Without CityFlow's module its protocols run in the queue simulator, which the report says.
+    Ctrl-C keeps finished runs; repeat the command to continue.
+    """
+    chosen = part_of(settings, ProtocolsStudySettings)
+    if chosen.data is None and os.environ.get(DATA_VARIABLE):
+        chosen = chosen.model_copy(update={"data": Path(os.environ[DATA_VARIABLE])})
+    run_and_show(ProtocolsStudy(chosen), settings, json)

@@ -16,7 +16,7 @@ import polars as pl
 
 from dmil.results.metrics import EPISODE, METRICS
 
-SCHEMA_VERSION = 5
+SCHEMA_VERSION = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,9 @@ _CONTROLLER = Column(
     "Name of the controller; with options as in longest-queue-first,approaching=true.",
     False,
 )
-_SIMULATOR = Column("simulator", _TEXT, "", "queue, queue-calibrated, sumo or sumo-meso.", False)
+_SIMULATOR = Column(
+    "simulator", _TEXT, "", "queue, queue-calibrated, sumo, sumo-meso or cityflow.", False
+)
 _TRAINED_IN = Column("trained_in", _TEXT, "", "Simulator of the training; null for baselines.")
 _EMBEDDING = Column(
     "embedding", _TEXT, "", "exact, simple, complex, complex-scaled, cells; null for baselines."

@@ -14,9 +14,10 @@ from dmil.reports.export import Figure
 from dmil.results import Results
 from dmil.studies.memories.study import MemoriesStudy
 from dmil.studies.paper.study import PaperStudy
+from dmil.studies.protocols.study import ProtocolsStudy
 from dmil.studies.resco.study import RescoStudy
 
-STUDIES = {study.name: study for study in (PaperStudy, RescoStudy, MemoriesStudy)}
+STUDIES = {study.name: study for study in (PaperStudy, RescoStudy, MemoriesStudy, ProtocolsStudy)}
 """Name to what runs it. Each lies in a folder of its name, beside its modules page and terminal."""
 
 
