@@ -23,6 +23,7 @@ import numpy as np
 
 from dmil.controllers import Prior, make_controller
 from dmil.controllers.variants import Variant, parse_variant
+from dmil.experiments.cells import Cell
 from dmil.experiments.study import Kept, run_trials
 from dmil.parallel import LocalExecutor
 from dmil.rewards import make_reward
@@ -30,7 +31,7 @@ from dmil.scenarios import Scenario
 from dmil.seeding import stream
 from dmil.simulation import QueueSimulator
 from dmil.statistics import paired_difference
-from dmil.studies.memories.plan import GRID_CELLS, Cell
+from dmil.studies.memories.plan import GRID_CELLS
 from dmil.studies.paper.settings import PRESETS
 from dmil.training import evaluate, train_prior, vehicles_of_seed
 

@@ -3,7 +3,13 @@
 from tests.differential.plain_factored import PlainFactored
 from tests.differential.plain_lookahead import PlainLookahead
 
-DEFAULTS = {"yields": True, "age": 0.025, "waves": "choice"}
+DEFAULTS = {
+    "yields": True,
+    "age": 0.025,
+    "waves": "choice",
+    "outside": True,
+    "censored": True,
+}
 APART = {"curvature": 0.8, "queue_trust": 0.6, "trust": 1.0}
 
 
@@ -38,12 +44,15 @@ class PlainCombined(PlainFactored):
         self.model.seen = seen
 
     def choose(self, shown, green):
-        self.model.costs = {}
+        # What is announced first comes from values alone.
+        self.model.costs, self.foresees = {}, bool(green)
         return super().choose(shown, green)
 
     def merit(self, i, node, phase, green):
-        cost = self.model.least_cost(i, node, phase, green)
-        return super().merit(i, node, phase, green) - self.weight * cost
+        merit = super().merit(i, node, phase, green)
+        if not self.foresees:
+            return merit
+        return merit - self.weight * self.model.least_cost(i, node, phase, green)
 
     def learn(self, phases, seen):
         for i, node in enumerate(self.network.intersections):

@@ -27,7 +27,9 @@ DEFAULTS = {
     "yields": False,
     "age": 0.0,
     "waves": "everywhere",
+    "outside": False,
 }
+FULL, MOST_OUTSIDE = 0.8, SINGLE(20)
 
 
 class Lanes:
@@ -38,6 +40,7 @@ class Lanes:
         self.node, self.members, self.link = node, members, movements[0].from_link
         self.count = len({lane for movement in movements for lane in movement.lanes})
         self.rate, self.rated, self.last = SINGLE(0.5), 0, None
+        self.outside = SINGLE(0)
 
     @property
     def waiting(self):
@@ -83,6 +86,11 @@ class PlainFactored:
             self.ways[movement.from_link].append(movement.to_link)
         moves = [m for node in self.network.intersections for m in node.movements]
         self.fed = {self.ahead(movement.to_link) for movement in moves}
+        dynamics = context.dynamics
+        self.fills = self.options["outside"] and dynamics.storage
+        self.room_veh = {
+            link.id: link.length_m / dynamics.vehicle_space_m for link in self.network.links
+        }
         self.guard = PlainGuard(self.network, self.interval_s)
         self.asked = None
         all_stop = signal_times(timing, self.network).all_stop.tolist()
@@ -155,28 +163,52 @@ class PlainFactored:
         group.queue, group.waited = per_lane(seen.queue_veh), float(per_lane(seen.waiting_veh))
         sees = self.options["approaching"]
         group.expected = per_lane(seen.approaching_veh) if sees else SINGLE(0)
+        group.moving = group.expected
         shown = group.node.phases[seen.phase[i]] if seen.phase[i] >= 0 else frozenset()
         group.shown, group.shown_phase = self.coverage(group, shown), shown
         group.stops = self.moves.all_stop[i]
         if self.asked is None:
             return
+        joined = self.joined(i, group, seen)
+        if self.fills and group.link not in self.fed:
+            joined = self.count_outside(i, group, seen, joined)
+        if joined is not None:
+            group.rated += 1
+            step = max(SINGLE(self.options["rate_step"]), SINGLE(1) / SINGLE(1 + group.rated))
+            group.rate += step * (joined - group.rate)
+
+    def discharged(self, treated):
+        part = {RED: 0.0, KEPT: 1.0, SWITCHED: self.after_switch, PARTLY: self.after_switch / 2}
+        return SINGLE(part[treated]) * SINGLE(self.flow_veh)
+
+    def joined(self, i, group, seen):
+        """Return who joined in the interval that ended, None if one cannot tell."""
         _, treated, before, foreseen = group.last
         # In 32 bits as the kernel: means of a few counts lie on the edges of rows.
         grown = group.queue - before
-        discharged = SINGLE(self.after_switch if treated == SWITCHED else 1) * SINGLE(self.flow_veh)
         if self.options["approaching"] and self.unseen(group.link) == 0:
-            joined = foreseen
-        elif seen.phase[i] != self.asked[i]:
-            return
-        elif treated == RED:
-            joined = max(SINGLE(0), grown)
-        elif treated != PARTLY and group.queue > 0:
-            joined = max(SINGLE(0), grown + discharged)
-        else:
-            return
-        group.rated += 1
-        step = max(SINGLE(self.options["rate_step"]), SINGLE(1) / SINGLE(1 + group.rated))
-        group.rate += step * (joined - group.rate)
+            return foreseen
+        if seen.phase[i] != self.asked[i]:
+            return None
+        if treated == RED:
+            return max(SINGLE(0), grown)
+        if treated != PARTLY and group.queue > 0:
+            return max(SINGLE(0), grown + self.discharged(treated))
+        return None
+
+    def count_outside(self, i, group, seen, joined):
+        """Add who waits unseen behind a full entry; return who joined, then."""
+        _, treated, queue, _ = group.last
+        treated = treated if seen.phase[i] == self.asked[i] else PARTLY
+        before = group.outside
+        full = group.queue + group.moving >= SINGLE(FULL * self.room_veh[group.link])
+        if full or before > 0:
+            joined = max(SINGLE(0), group.queue - (queue - before) + self.discharged(treated))
+        waiting = max(SINGLE(0), before + group.rate - joined) if full else SINGLE(0)
+        group.outside = min(waiting, MOST_OUTSIDE)
+        group.queue += group.outside
+        group.waited += float(before + group.outside) / 2
+        return joined
 
     def coverage(self, group, phase):
         """Return whether a phase serves all of a group, some of it or none."""

@@ -33,6 +33,8 @@ DEFAULTS = {
     "yields": False,
     "age": 0.0,
     "waves": "everywhere",
+    "outside": False,
+    "censored": False,
 }
 
 
@@ -199,9 +201,12 @@ class PlainLookahead(PlainFactored):
         queue, expected = float(queue), float(expected)
         part = group.part if i in self.moves.apart else None
         model = self.lane_model(queue, expected, treatment, part)
+        least, more = (group.waited, float(group.queue)), (0.0, 0.0)
+        if self.options["censored"]:
+            more = ((expected + float(group.moving)) / 2, float(group.moving))
         errors = [
-            real - each
-            for real, each in zip((group.waited, float(group.queue)), model, strict=True)
+            min(max(each, low), low + most) - each
+            for each, low, most in zip(model, least, more, strict=True)
         ]
         self.correct(self.bins(queue, expected), treatment, errors)
 

@@ -20,6 +20,7 @@ OPTIONS = {
     "values alone": {"weight": 0.0},
     "groups": {"yields": False, "age": 0.0, "waves": "everywhere"},
     "learning": {"learning": False},
+    "seen": {"outside": False, "censored": False},
     "others": {"approaching": False, "guard": False, "rate_step": 0.2},
 }
 
@@ -32,18 +33,23 @@ def places(mixed_network, varied, one_lane):
         "all-stop": (grid(2, 2), STOP, 0.9),
         "uneven": (uneven_network(), HASTY, 1.5),
         "stuck": (one_lane(grid(1, 2)), SignalTiming(), 0.8),
+        "full": (grid(1, 2), SLOW, 2.0),
         "lanes": (varied(mixed_network, stream(3, "lanes")), SLOW, 1.0),
     }
 
 
 @pytest.mark.parametrize(
     ("place", "options"),
-    [(place, "as it is") for place in ("grid:2x2", "all-stop", "uneven", "stuck", "lanes")]
-    + [("lanes", other) for other in list(OPTIONS)[1:]],
+    [(place, "as it is") for place in ("grid:2x2", "all-stop", "uneven", "stuck", "full", "lanes")]
+    + [("lanes", other) for other in list(OPTIONS)[1:]]
+    + [("full", other) for other in ("seen", "others")],
 )
 def test_decisions_and_tables_are_those_of_the_plain_twin(place, options, places, wander):
     network, timing, veh_per_s = places[place]
-    dynamics = QueueDynamics(saturation_flow_veh_per_s=0.4871)
+    # Where lanes fill, vehicles wait unseen behind them.
+    dynamics = QueueDynamics(
+        saturation_flow_veh_per_s=0.4871, storage=place == "full", vehicle_space_m=27.3
+    )
     made = Scenario(place, network, None, timing, dynamics, 15 * timing.decision_interval_s)
     # No round number: half a vehicle would be on the edge of a row.
     chosen = {"expected": 0.2871, **OPTIONS[options]}
@@ -59,6 +65,7 @@ def test_decisions_and_tables_are_those_of_the_plain_twin(place, options, places
             phases = inner.decide(seen, None)
             assert phases.tolist() == twin.decide(seen).tolist(), f"at {seen.time_s} s"
             seen = simulator.advance(phases)
+    assert not chosen.get("outside", True) or (inner._short.outside_veh.any() == (place == "full"))
     assert (len(twin.table) > 10) == (options != "learning")
     arrays = inner.arrays()
     for prefix, table in (("", twin.table), ("model_", twin.model.table)):

@@ -26,7 +26,7 @@ OPTIONS = {
     "guard": {"guard": False},
     "yields": {"yields": True},
     "age": {"age": 0.05},
-    "movements": {"yields": True, "age": 0.025, "waves": "choice"},
+    "movements": {"yields": True, "age": 0.025, "waves": "choice", "censored": True},
     "all others": {
         "plan": 0.3,
         "terminal": 0.7,

@@ -99,7 +99,8 @@ def dmil():
 def policy(dmil, tmp_path_factory) -> Path:
     """A policy for a 1×2 grid."""
     path = tmp_path_factory.mktemp("policy") / "policy.npz"
-    dmil("train", "--scenario", "grid:1x2", "--episodes", 3, "--out", path)
+    dual = ("--controller", "dual-memory")
+    dmil("train", "--scenario", "grid:1x2", *dual, "--episodes", 3, "--out", path)
     return path
 
 

@@ -18,7 +18,8 @@ from dmil.scenarios import scenario
 from dmil.simulation import QueueSimulator
 from dmil.training import controller_of, evaluate, load_policy, vehicles_of_seed
 
-TRAIN = ("train", "--scenario", "grid:1x2", "--set", "embedding=complex")
+TRAIN = ("train", "--scenario", "grid:1x2", "--controller", "dual-memory")
+TRAIN += ("--set", "embedding=complex")
 TRAIN += ("--set", "communication=true", "--seed", "4")
 MINE = """
 import numpy as np

@@ -35,6 +35,7 @@ SHORTER = {
     ("study", "memories"): (
         *("--cells", "grid:1x1", "--no-deep", "--seeds", "2", "--steps", "300", "--no-report"),
     ),
+    ("study", "ablation"): ("--cells", "grid:1x1", "--seeds", "2", "--steps", "300", "--no-report"),
     ("tune",): ("--steps", "300", "--budget", "200"),
     ("evaluate",): ("--seeds", "2", "--steps", "400"),
     ("train",): ("--episodes", "2"),

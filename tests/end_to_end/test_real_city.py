@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(
 def judged(dmil, tmp_path_factory):
     policy = tmp_path_factory.mktemp("jinan") / "policy.npz"
     name = f"cityflow:{JINAN}"
-    setting = ("--set", "epsilon=0.1")
+    setting = ("--controller", "dual-memory", "--set", "epsilon=0.1")
     dmil("train", "--scenario", name, *setting, "--episodes", 4, "--out", policy)
     run = ("evaluate", "--scenario", name, "--policy", policy, "--controller", "fixed-cycle")
     return dmil(*run, "--seeds", 10, "--json").json

@@ -1,6 +1,7 @@
 """A made-up study on the RESCO benchmark with known answers, in the shape of a real one."""
 
 from itertools import product
+from types import MappingProxyType
 
 import numpy as np
 import polars as pl
@@ -8,8 +9,10 @@ import polars as pl
 from dmil.results import RUNS_SCHEMA, SERIES_SCHEMA, TABLES, write_manifest, write_results
 from dmil.seeding import stream
 
-SUMO, CALIBRATED, QUEUE = "sumo", "queue-calibrated", "queue"
+SUMO, UNBLOCKED, CALIBRATED, QUEUE = "sumo", "sumo-unblocked", "queue-calibrated", "queue"
 SIMULATORS = (SUMO, CALIBRATED, QUEUE)
+LOCKING = "random"
+"""Whose first seed locks at 1,200 s in SUMO, unless blockers are ignored."""
 SCENARIOS = ("resco/cologne1", "resco/ingolstadt21", "resco/grid4x4", "resco/arterial4x4")
 DELAY_S = {  # in SUMO on the first network; the others have multiples of it
     ("program", None, False): 60.0,
@@ -26,7 +29,7 @@ DELAY_S = {  # in SUMO on the first network; the others have multiples of it
     ("dual-memory", "cells", True): 26.0,
 }
 CONTENDERS = tuple(DELAY_S)
-FACTOR = {CALIBRATED: 0.9, QUEUE: 0.5, SUMO: 1.0}
+FACTOR = {CALIBRATED: 0.9, QUEUE: 0.5, SUMO: 1.0, UNBLOCKED: 1.0}
 EPISODES = 20
 
 
@@ -48,17 +51,23 @@ def write_resco_study(
     episodes=EPISODES,
     spread=0.02,
     failed=(),
+    trained_in=MappingProxyType({}),
 ):
-    """Write a folder of results; ``failed`` holds (controller, simulator) whose runs failed."""
+    """Write a folder of results; ``failed`` holds (controller, simulator) whose runs failed.
+
+    Learners trained in the calibrated queue simulator, or where ``trained_in`` says.
+    """
     runs, series, training = [], [], []
     for place, scenario in enumerate(scenarios):
         demand = np.array([stream(seed, scenario).normal(0, 0.1) for seed in range(seeds)])
         for contender in contenders:
             key = _key(scenario, contender)
+            place_of_training = trained_in.get(contender[0], CALIBRATED)
             rng = stream(3, scenario, *map(str, contender))
             luck = rng.normal(0, spread, seeds)
             if key["reward"]:
-                training.append(_episodes(key, seeds, episodes, DELAY_S[contender] * (1 + place)))
+                end = DELAY_S[contender] * (1 + place)
+                training.append(_episodes(key, seeds, episodes, end, place_of_training))
             for simulator in simulators:
                 if contender[0] == "actuated" and simulator != SUMO:
                     continue
@@ -66,7 +75,8 @@ def write_resco_study(
                 delay = base * (1 + demand) * (1 + luck * (simulator == SUMO))
                 here = key | {"simulator": simulator}
                 status = "SimulationError: SUMO died" if (contender[0], simulator) in failed else ""
-                runs.append(_runs(here, delay, 2000 * (1 + place), status))
+                vehicles = 2000 * (1 + place)
+                runs.append(_runs(here, delay, vehicles, status, place_of_training))
                 if not status:
                     series.append(_series(here, delay))
     tables = {"runs": runs, "series": series, "episodes": training}
@@ -110,7 +120,7 @@ def _frame(key, schema, **columns):
     return frame.select(pl.col(name).cast(dtype) for name, dtype in schema.items())
 
 
-def _runs(key, delay, vehicles, status):
+def _runs(key, delay, vehicles, status, trained_in):
     seeds = len(delay)
     learns = key["reward"] is not None
     sumo = key["simulator"] == SUMO
@@ -130,7 +140,10 @@ def _runs(key, delay, vehicles, status):
         "bytes_total": np.full(seeds, _bytes(key)),
     }
     if sumo:
+        measures |= {"locked_from_s": [1200 if each else None for each in _locks(key, seeds)]}
         measures |= {"co2_g": 200 * vehicles + 4000 * delay, "fuel_g": 60 * vehicles + 1000 * delay}
+    if key["simulator"] in (SUMO, UNBLOCKED):
+        measures |= {"locked": [int(sumo and each) for each in _locks(key, seeds)]}
     if status:
         measures = {}
     return _frame(
@@ -138,11 +151,15 @@ def _runs(key, delay, vehicles, status):
         RUNS_SCHEMA,
         seed=np.arange(seeds),
         study=["resco"] * seeds,
-        trained_in=[CALIBRATED if learns else None] * seeds,
+        trained_in=[trained_in if learns else None] * seeds,
         horizon_s=np.full(seeds, 3600),
         status=[status or "ok"] * seeds,
         **measures,
     )
+
+
+def _locks(key, seeds):
+    return (np.arange(seeds) == 0) & (key["controller"] == LOCKING)
 
 
 def _bytes(key):
@@ -165,7 +182,7 @@ def _series(key, delay):
     )
 
 
-def _episodes(key, seeds, episodes, end):
+def _episodes(key, seeds, episodes, end, trained_in):
     rows = np.array(list(product(range(seeds), range(episodes))))
     delay = end * (1 + 2 / (1 + rows[:, 1])) + rows[:, 0]
     return _frame(
@@ -173,7 +190,7 @@ def _episodes(key, seeds, episodes, end):
         TABLES["episodes"].schema,
         seed=rows[:, 0],
         episode=rows[:, 1],
-        trained_in=[CALIBRATED] * len(rows),
+        trained_in=[trained_in] * len(rows),
         delay_s=delay,
         travel_time_s=delay + 60,
         wait_per_spawned_s=0.7 * delay,

@@ -99,7 +99,7 @@ SCENARIO_OPTIONS = (
     ),
 )
 
-SIMULATOR_OPTIONS = options("Simulator", "simulator; emissions")
+SIMULATOR_OPTIONS = options("Simulator", "simulator; emissions; ignore_junction_blocker_s")
 
 
 class SimulatorChoice(BaseModel):

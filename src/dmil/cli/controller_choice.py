@@ -10,7 +10,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_valida
 from dmil.cli.choices import RewardChoice, SimulatorChoice
 from dmil.cli.parameters import JOBS, Option, set_option
 from dmil.cli.terminal import say
-from dmil.controllers import CONTROLLERS, check_controller, make_settings
+from dmil.controllers import CONTROLLERS, RECOMMENDED, check_controller, make_settings
 from dmil.controllers.variants import Variant, parse_variant
 from dmil.errors import InputError
 from dmil.experiments.comparison import REFERENCE
@@ -146,7 +146,7 @@ GRID_BASELINES = ("fixed-cycle", "longest-queue-first", "max-pressure")
 BASELINES = (
     "longest-queue-first,approaching=true",
     "max-pressure,approaching=true",
-    "combined",
+    RECOMMENDED,
     "factored",
     "lookahead",
 )
@@ -171,7 +171,7 @@ class EvaluateParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
     baselines: bool = Field(
         True,
         description="Add the network's own plan, actuated control (in SUMO), longest-queue-first "
-        "and max-pressure with approaching vehicles, factored and lookahead; on "
+        "and max-pressure with approaching vehicles, combined, factored and lookahead; on "
         "grids fixed-cycle, longest-queue-first and max-pressure.",
     )
     reference: str | None = Field(

@@ -102,7 +102,14 @@ def evaluate(settings: EvaluateParameters, json: bool) -> None:
     found = replace(found.ranked(METRIC), withheld=unfair(scenario, found.labels))
     notes = notes_of(settings, found, scenario, _others(recipe, policies, settings))
     seed_text = f"{len(seeds)} seeds" if len(seeds) > 1 else f"seed {seeds[0]}"
-    about = (f"{scenario.horizon_s} s", seed_text, f"simulator: {settings.simulator}")
+    about: tuple[str, ...] = (
+        f"{scenario.horizon_s} s",
+        seed_text,
+        f"simulator: {settings.simulator}",
+    )
+    if recipe.ignore_junction_blocker_s is not None:
+        ignored = f"junction blockers ignored after {recipe.ignore_junction_blocker_s} s"
+        about, seed_text = (*about, ignored), f"{seed_text}, {ignored}"
     if not json:
         show(f"{shown(scenario.name)}, {scenario.horizon_s} s, {seed_text}", "")
         _show(found, notes)

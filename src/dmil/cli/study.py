@@ -1,26 +1,32 @@
-"""``dmil study``: many runs, one report; how a study is run here, and what is said meanwhile."""
+"""``dmil study``: many runs, one report."""
 
 from __future__ import annotations
 
 import os
-import time
 from pathlib import Path
 from typing import Any
 
 import typer
-from pydantic import BaseModel, Field
+from pydantic import Field
 
-from dmil.cli.application import FAILED
-from dmil.cli.choices import DEMAND_OPTIONS, stopping
+from dmil.cli.choices import DEMAND_OPTIONS
 from dmil.cli.help import Command, CommandGroup
-from dmil.cli.parameters import JOBS, Option, options, part_of, set_option, settings_command, split
-from dmil.cli.terminal import Progress, print_json, progress, say, show, show_lines, waiting
-from dmil.compilation import is_cold
+from dmil.cli.parameters import Option, options, part_of, set_option, settings_command, split
+from dmil.cli.study_ablation import ablation
+from dmil.cli.study_capacity import CAPACITY_OPTIONS, CapacityParameters, capacity
+from dmil.cli.study_protocols import PROTOCOLS_OPTIONS, ProtocolsParameters, protocols
+from dmil.cli.studying import (
+    DATA_VARIABLE,
+    NO_CITIES,
+    RUNNING,
+    RunningParameters,
+    folder_field,
+    run_and_show,
+    variants,
+)
+from dmil.cli.terminal import say
 from dmil.errors import unknown_name
-from dmil.experiments.study import Study, run_study
 from dmil.experiments.tuning import load_tuned_folder
-from dmil.parallel import Executor, make_executor
-from dmil.results import Results
 from dmil.studies import (
     PRESETS,
     MemoriesStudy,
@@ -30,114 +36,18 @@ from dmil.studies import (
     RescoStudySettings,
 )
 from dmil.studies.memories import MemoriesStudySettings
-from dmil.studies.protocols import ProtocolsStudy, ProtocolsStudySettings
-from dmil.studies.registry import terminal_of
-
-
-class RunningParameters(BaseModel):
-    """How a study is run here."""
-
-    jobs: int | None = JOBS
-    executor: str = Field(
-        "local", description="Where to run: local (processes) or ray (extra 'ray')."
-    )
-    ray_address: str | None = Field(
-        None, description="Address of a Ray cluster; by default Ray is started locally."
-    )
-    report: bool = Field(True, description="Also write the report.")
-
-    def make_executor(self) -> Executor:
-        """Make what runs it."""
-        return make_executor(self.executor, jobs=self.jobs, address=self.ray_address)
-
-
-RUNNING = (
-    *options("Running", "out DIR; jobs; executor; ray_address ADDRESS"),
-    Option("report", "--report", "Output"),
-)
-
-
-def run_and_show(study: Study[Any], settings: Any, as_json: bool) -> None:
-    """Run a study with progress, write its report, and say what came out.
-
-    Ctrl-C ends it with what is finished, by a `StoppedError`.
-    """
-    started = time.perf_counter()
-    _run(study, settings)
-    terminal = terminal_of(study.name)
-    with Results(settings.out) as results:
-        tables = terminal.tables_of(results)
-        counts = results.query("select count(*) n, count(*) filter (status <> 'ok') f from runs")
-        failures = results.query("select controller, status from runs where status <> 'ok' limit 1")
-    page = _report_of(settings.out, tables) if settings.report else None
-    wall_s = round(time.perf_counter() - started, 3)
-    count, failed = counts.row(0)
-    if as_json:
-        ending = {"wall_s": wall_s, "runs": count, "failed": failed}
-        print_json(terminal.as_json(tables) | ending | {"out": settings.out, "report": page})
-    else:
-        for part in terminal.in_terminal(tables):
-            if isinstance(part, list):
-                show_lines(part)
-            else:
-                show(part, "")
-        where = page or f"dmil report {settings.out}"
-        show("", f"{count} runs, {wall_s:.1f} s", f"Report: {where}")
-    if failed:
-        controller, status = failures.row(0)
-        say(f"{failed} runs failed, the first ({controller}) with: {status}")
-        raise typer.Exit(FAILED)
-
-
-def _run(study: Study[Any], settings: Any) -> None:
-    executor = settings.make_executor()
-    kept = f"finished runs are kept in {settings.out}; repeat the command to continue"
-    with stopping(kept), progress("blocks", first_word="starting") as advance:
-        run_study(study, settings.out, executor=executor, progress=_telling(advance))
-
-
-def _telling(advance: Progress) -> Progress:
-    """Say what happens before the first block is finished, where it takes a while."""
-    begun: list[bool] = []
-
-    def tell(done: int, total: int) -> None:
-        if not begun:
-            begun.append(True)
-            if done == total:
-                say(
-                    f"This study is already complete in the folder, all {total} blocks: nothing to "
-                    "run."
-                )
-                return
-            if is_cold():
-                say("First start: compiling the kernels once, about half a minute.")
-        advance(done, total)
-
-    return tell
-
-
-def _report_of(folder: Path, tables: Any) -> Path:
-    from dmil.studies.report import write_report
-
-    with waiting("writing the report"):
-        return write_report(folder, tables=tables)
-
-
-def _folder(name: str) -> Any:
-    text = "Folder for results and report; a study started there is resumed."
-    return Field(Path(name), description=text)
 
 
 class StudyParameters(PaperStudySettings, RunningParameters):
     """The paper's study, and how it is run here."""
 
-    out: Path = _folder("study")
+    out: Path = folder_field("study")
 
 
 class RescoParameters(RescoStudySettings, RunningParameters):
     """The study on the RESCO benchmark, and how it is run here."""
 
-    out: Path = _folder("resco")
+    out: Path = folder_field("resco")
 
 
 def _presets(text: str) -> list[str]:
@@ -169,8 +79,8 @@ RESCO_OPTIONS = (
     Option("scenarios", "--scenarios", "Study", "NAMES", read=split),
     *options(
         "Study",
-        "seeds; first_seed; episodes; horizon_s --steps; resample; train_in; judge; calibrate; "
-        "emissions; reward",
+        "seeds; first_seed; lock_seeds; episodes; horizon_s --steps; resample; train_in; judge; "
+        "calibrate; unblocked; emissions; reward; deep; deep_seeds",
     ),
     set_option(
         "Study", help="Value of the study, such as episodes=20.", example="sarsa.learning_rate=0.2"
@@ -178,7 +88,6 @@ RESCO_OPTIONS = (
     *RUNNING,
 )
 
-DATA_VARIABLE = "DMIL_DATA"
 SMALL: dict[str, Any] = {
     "cells": ("grid:1x1", "grid:3x3*4", "grid:5x5"),
     "seeds": 5,
@@ -186,10 +95,6 @@ SMALL: dict[str, Any] = {
     "horizon_s": 1200,
 }
 """What --small sets unless it is given."""
-NO_CITIES = (
-    "Recorded cities are left out, since no data folder was given. Add --data DIR, or set "
-    f"{DATA_VARIABLE}, to a folder with one folder per city in CityFlow format."
-)
 
 
 class MemoriesParameters(MemoriesStudySettings, RunningParameters):
@@ -201,7 +106,7 @@ class MemoriesParameters(MemoriesStudySettings, RunningParameters):
     tuned_in: Path | None = Field(
         None, description="Folder of dmil tune: controllers use the options chosen there."
     )
-    out: Path = _folder("memories")
+    out: Path = folder_field("memories")
 
     @property
     def study(self) -> MemoriesStudySettings:
@@ -218,17 +123,6 @@ class MemoriesParameters(MemoriesStudySettings, RunningParameters):
         return MemoriesStudySettings(**values)
 
 
-def variants(text: str) -> list[str]:
-    """Split at commas, but not before the options of a controller."""
-    found: list[str] = []
-    for part in split(text):
-        if "=" in part and found:
-            found[-1] += f",{part}"
-        else:
-            found.append(part)
-    return found
-
-
 MEMORIES_OPTIONS = (
     Option("controllers", "--controllers", "Study", "NAMES", read=variants, default="all"),
     Option("ablations", "--ablations", "Study", "NAMES", read=variants, default="factored's"),
@@ -238,21 +132,6 @@ MEMORIES_OPTIONS = (
         "data DIR; seeds; first_seed; episodes; horizon_s --steps; deep; reward; "
         "tuned_in --tuned FOLDER; small",
     ),
-    *RUNNING,
-)
-
-
-class ProtocolsParameters(ProtocolsStudySettings, RunningParameters):
-    """The study of protocols, and how it is run here."""
-
-    out: Path = _folder("protocols")
-
-
-PROTOCOLS_OPTIONS = (
-    Option("protocols", "--protocols", "Study", "NAMES", read=split),
-    Option("cities", "--cities", "Study", "NAMES", read=split, default="all"),
-    Option("controllers", "--controllers", "Study", "NAMES", read=variants),
-    *options("Study", "data DIR; seeds; first_seed; shift_s; horizon_s --steps; queue"),
     *RUNNING,
 )
 
@@ -271,6 +150,15 @@ def _studies(ctx: typer.Context) -> None:
     """
     if ctx.invoked_subcommand is None:
         ctx.get_help()
+
+
+study.command(cls=Command)(ablation)
+study.command(cls=Command)(
+    settings_command("study capacity", CapacityParameters, CAPACITY_OPTIONS)(capacity)
+)
+study.command(cls=Command)(
+    settings_command("study protocols", ProtocolsParameters, PROTOCOLS_OPTIONS)(protocols)
+)
 
 
 @study.command(cls=Command)
@@ -335,11 +223,12 @@ def paper(settings: StudyParameters, json: bool) -> None:
 def resco(settings: RescoParameters, json: bool) -> None:
     """Run the study on the RESCO benchmark: real roads, evaluated in SUMO.
 
-    Eight networks with one hour of recorded or synthetic demand, decisions every 10 s, yellow 3 s.
-    SARSA and dual memory train in the queue simulator, calibrated by one SUMO run per network, are
-    then frozen and evaluated in SUMO on other seeds, against the network's own program, SUMO's
-    actuated control, longest-queue-first, max-pressure and random. All are also evaluated in the
-    queue simulator: how well the simulators agree is part of the result.
+    Eight networks with one hour of recorded or synthetic demand, decisions every 10 s, yellow 3 s
+    (arterial4x4: 5 s and 2 s). Rules and memories of lanes run as they are. SARSA and dual memory
+    train in the queue simulator, calibrated by one SUMO run per network, and are then frozen and
+    evaluated in SUMO on other seeds; with --deep DQN trains in SUMO itself. SUMO is run twice: as
+    the benchmark has it, where junctions can lock for good, and with blockers ignored. All are also
+    evaluated in the queue simulator: how well the simulators agree is part of the result.
 
     The metric is the average delay, in s per vehicle: time lost against free flow, plus the wait
     before entering the network. Lower is better. Published numbers are shown for comparison.
@@ -348,30 +237,9 @@ def resco(settings: RescoParameters, json: bool) -> None:
         dmil study resco
         dmil study resco --scenarios cologne1,ingolstadt1 --seeds 2 --episodes 10 --out small
         dmil study resco --train-in sumo --scenarios cologne8 --out trained-in-sumo
+        dmil study resco --deep --scenarios ingolstadt7 --out deep
 
     It needs the extra sumo: pip install 'dmil[sumo]'. Ctrl-C keeps finished runs; repeat the
     command to continue. The results are byte-identical for any number of processes.
     """
     run_and_show(RescoStudy(part_of(settings, RescoStudySettings)), settings, json)
-
-
-@study.command(cls=Command)
-@settings_command("study protocols", ProtocolsParameters, PROTOCOLS_OPTIONS)
-def protocols(settings: ProtocolsParameters, json: bool) -> None:
-    """Run methods under published protocols, each an exact recipe, on recorded cities.
-
-    A protocol fixes interval, clearance and its kind, phases, begin and measure. A published figure
-    stands beside ours under the same recipe only; that it is the same, their max-pressure shows,
-    run here. The report also splits gains: method, interval and phases, measure.
-
-    For example:
-        dmil study protocols --data data
-        dmil study protocols --protocols llmlight-30-5-4 --cities JN1,HZ1 --seeds 1 --no-queue
-
-    Without CityFlow's module its protocols run in the queue simulator, which the report says.
-    Ctrl-C keeps finished runs; repeat the command to continue.
-    """
-    chosen = part_of(settings, ProtocolsStudySettings)
-    if chosen.data is None and os.environ.get(DATA_VARIABLE):
-        chosen = chosen.model_copy(update={"data": Path(os.environ[DATA_VARIABLE])})
-    run_and_show(ProtocolsStudy(chosen), settings, json)

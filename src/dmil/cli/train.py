@@ -24,7 +24,7 @@ from dmil.cli.controller_choice import ControllerChoice, controller_options
 from dmil.cli.parameters import Option, options
 from dmil.cli.terminal import number, print_json, say, show, waiting
 from dmil.cli.train_verdict import as_json, judged, verdict
-from dmil.controllers import CONTROLLERS, MemoryController, make_controller
+from dmil.controllers import CONTROLLERS, RECOMMENDED, MemoryController, make_controller
 from dmil.errors import InputError
 from dmil.experiments.comparison import Comparison
 from dmil.experiments.tuning import load_tuned
@@ -51,7 +51,7 @@ class TrainParameters(ScenarioRecipe, SimulatorChoice, RewardChoice):
     """A training."""
 
     controller: ControllerChoice = Field(
-        ControllerChoice(name="dual-memory"),
+        ControllerChoice(name=RECOMMENDED),
         description="Controller that learns: a name (see dmil controllers) or "
         "package.module:Class.",
     )
@@ -104,7 +104,7 @@ def train(settings: TrainParameters, json: bool) -> None:
 
     For example:
         dmil train --scenario grid:3x3 --out policy.npz
-        dmil train --scenario grid:3x3 --set embedding=complex --out complex.npz
+        dmil train --scenario grid:3x3 --controller dual-memory --out dual.npz
         dmil train --roadnet roadnet.json --flow flow.json --out city.npz
         dmil train --resume policy.npz --episodes 20
         dmil evaluate --policy policy.npz

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from dmil.cli.terminal import number
+from dmil.controllers import RECOMMENDED
 from dmil.controllers.variants import parse_variant
 from dmil.experiments.answer import METRIC
 from dmil.experiments.comparison import Comparison, compare, has_same_demand
@@ -15,7 +16,7 @@ from dmil.scenarios import Scenario
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.training import Policy
 
-RIVALS = ("max-pressure", "longest-queue-first,approaching=true", "factored")
+RIVALS = ("max-pressure", "longest-queue-first,approaching=true", RECOMMENDED)
 """What a policy should beat: none of them needs a training."""
 SEEDS = 3
 

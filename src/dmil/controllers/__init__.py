@@ -1,6 +1,6 @@
 """Controllers: the protocol, the table of names, one file per controller."""
 
-from dmil.controllers.catalogue import CONTROLLERS
+from dmil.controllers.catalogue import CONTROLLERS, RECOMMENDED
 from dmil.controllers.protocol import (
     NO_MEMORY,
     Controller,
@@ -14,6 +14,7 @@ from dmil.controllers.tabular.agents import Prior
 __all__ = [
     "CONTROLLERS",
     "NO_MEMORY",
+    "RECOMMENDED",
     "Controller",
     "MemoryController",
     "MemoryUse",

@@ -12,6 +12,9 @@ from dmil.controllers.rules import baselines, gap_out, sotl, webster
 from dmil.controllers.tabular import dual_memory, sarsa
 from dmil.controllers.tabular import settings as tabular
 
+RECOMMENDED = "combined"
+"""What to take where nothing speaks for another: no worse than any rule or memory of ours on nearly
+all networks that were measured (docs/decisions/0009), and it needs no training."""
 _ADAM = Range(1e-4, 1e-2, log=True)
 
 CONTROLLERS: dict[str, Entry] = {

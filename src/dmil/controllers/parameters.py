@@ -6,6 +6,8 @@ from typing import Any, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
+GUARD = "Whether it is overruled where shared lanes were blocked; false: the learner as published."
+"""What `guard` says of learners."""
 Parameters = TypeVar("Parameters", bound=NamedTuple)
 
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from itertools import combinations
 
-from dmil.controllers.rules.shared_lanes import rivals_of_lanes
+from dmil.controllers.rules.shared_lanes import lanes_never_free, rivals_of_lanes
 from dmil.doctor.case import Case, SumoFacts
 from dmil.doctor.findings import Finding, Severity
 from dmil.doctor.kinds import finding
 from dmil.network import Intersection, Remark, RoadNetwork
 from dmil.network.sumo.ways import reached
-from dmil.scenarios.timing import advantages
+from dmil.scenarios.timing import advantages, signal_times
 
 LONGEST_CYCLE_S = 180.0
 
@@ -33,6 +34,7 @@ def on_roads(case: Case) -> Iterator[Finding]:
     for found in advantages(case.timing, case.network):
         item = case.network.intersections[found.intersection]
         yield finding("clearance-cut", f"intersection {item.id}", f"under a controller {found}")
+    yield from _on_clearance_kind(case)
     yield from _on_links(case)
 
 
@@ -86,6 +88,14 @@ def _on_program(case: Case, item: Intersection) -> Iterator[Finding]:
             f"{len(sharing)} of its {len(item.movements)} movements share lanes with movements "
             "that have green in other phases",
         )
+    locking = lanes_never_free(item)
+    if locking:
+        yield finding(
+            "locking-lanes",
+            place,
+            f"no phase serves all movements of lane{'s' if len(locking) > 1 else ''} "
+            f"{', '.join(locking)}",
+        )
     if len(item.phases) == 1 and not case.sumo:  # of SUMO's the reader has said so
         yield finding("single-action", place, "it has one phase", mend="Give it more phases.")
     if item.program is None:
@@ -118,6 +128,19 @@ def _on_program(case: Case, item: Intersection) -> Iterator[Finding]:
             f"in stage{'s' if len(mixed) > 1 else ''} {', '.join(mixed)} of its program have green "
             "and yellow at once",
         )
+
+
+def _on_clearance_kind(case: Case) -> Iterator[Finding]:
+    """Compare the kind of clearance that is given with that of each plan, where it matters."""
+    kind, times = case.timing.clearance_kind, signal_times(case.timing, case.network)
+    for i, item in enumerate(case.network.intersections):
+        plans = "all-stop" if item.all_stop else "kept"
+        keeps = any(one & other for one, other in combinations(item.phases, 2))
+        if kind in (None, plans) or item.program is None or not keeps:
+            continue
+        if times.clearance_s[i].any():
+            what = f"under a controller clearance is {kind}, {plans} in its plan"
+            yield finding("clearance-kind", f"intersection {item.id}", what)
 
 
 def _on_links(case: Case) -> Iterator[Finding]:

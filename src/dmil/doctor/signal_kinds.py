@@ -135,10 +135,26 @@ SIGNAL_KINDS = {
         "note",
         "Movements with green in different phases share lanes. A vehicle with red at the head of "
         "such a lane blocks those behind it, though they have green. Max-pressure and "
-        "longest-queue-first as published may show that green forever; here, they, factored and "
-        "lookahead detect blocked lanes and serve the blocking vehicle. Learning agents do not "
-        "detect it.",
-        "Nothing. Check whether learning agents, and rules with guard=false, gridlock.",
+        "longest-queue-first as published may show that green forever, and so may learners; here, "
+        "all that would detect blocked lanes and serve the blocking vehicle (guard).",
+        "Nothing. With guard=false, check whether they gridlock.",
+    ),
+    "locking-lanes": Kind(
+        "note",
+        "No phase gives green to all movements of a lane together. With guard=false max-pressure "
+        "and longest-queue-first (the published rules), factored, lookahead and combined lock "
+        "there as soon as a vehicle with red stands first and the counts speak for those behind "
+        "it; so may learners. Plans, gap-out and sotl serve everybody in turn.",
+        "Leave guard=true, the default. A rule with guard=false is no valid reference here.",
+    ),
+    "clearance-kind": Kind(
+        "warning",
+        "The kind of clearance that is given is not that of the plan: with kept, movements with "
+        "green before and after a change keep it, with all-stop they stop like all others. A "
+        "controller with kept loses less time than a plan that stops everybody, one with all-stop "
+        "more than a plan that does not: the comparison is unfair.",
+        "Omit --clearance-kind: then controllers use each plan's. The RESCO protocol has kept for "
+        "all; give its files by path instead.",
     ),
     "no-vehicles": Kind(
         "note",

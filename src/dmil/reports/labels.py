@@ -12,6 +12,7 @@ _SIMULATORS = {
     "sumo": "SUMO",
     "cityflow": "CityFlow",
     "sumo-meso": "SUMO, mesoscopic",
+    "sumo-unblocked": "SUMO, blockers ignored",
     "queue-calibrated": "queue, calibrated",
 }
 UNKNOWN = "#AA3377"
@@ -31,9 +32,15 @@ def short_label(controller: str) -> str:
 
 
 def contender_label(name: str) -> str:
-    """Return "Dual memory cells + comm." for "dual-memory cells + communication" and so on."""
-    controller, _, rest = name.partition(" ")
-    return f"{controller_label(controller)} {rest}".strip().replace("communication", "comm.")
+    """Return "Dual memory cells + comm." for "dual-memory cells + communication" and so on.
+
+    With approaching vehicles it is "max-pressure + approaching"; other options stay as they are.
+    """
+    variant, _, rest = name.partition(" ")
+    controller, comma, options = variant.partition(",")
+    options = " + approaching" if options == "approaching=true" else comma + options
+    shown = f"{controller_label(controller)}{options} {rest}"
+    return shown.strip().replace("communication", "comm.")
 
 
 def simulator_label(simulator: str) -> str:

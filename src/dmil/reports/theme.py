@@ -16,6 +16,7 @@ INK, FAINT, GRID = "#222222", "#6b6b6b", "#e4e4e4"
 SIMULATOR_COLOURS: dict[str, str] = {
     "SUMO": "#222222",
     "SUMO, mesoscopic": "#222222",
+    "SUMO, blockers ignored": "#009E73",
     "queue, calibrated": "#0072B2",
     "queue": "#E69F00",
 }

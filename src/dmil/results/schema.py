@@ -16,7 +16,7 @@ import polars as pl
 
 from dmil.results.metrics import EPISODE, METRICS
 
-SCHEMA_VERSION = 6
+SCHEMA_VERSION = 7
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,8 @@ _PRESET = Column(
     "preset",
     _TEXT,
     "",
-    "Reading of the paper: literal, decaying or matched; resco; memories.",
+    "Reading of the paper: literal, decaying or matched; resco; memories; ablation; capacity, "
+    "disturbances.",
     False,
 )
 _SCENARIO = Column("scenario", _TEXT, "", 'Name of the scenario, such as "grid:5x5".', False)
@@ -66,7 +67,12 @@ _CONTROLLER = Column(
     False,
 )
 _SIMULATOR = Column(
-    "simulator", _TEXT, "", "queue, queue-calibrated, sumo, sumo-meso or cityflow.", False
+    "simulator",
+    _TEXT,
+    "",
+    "queue, queue-calibrated, sumo, sumo-meso, cityflow, or sumo-unblocked: SUMO with "
+    "--ignore-junction-blocker 10.",
+    False,
 )
 _TRAINED_IN = Column("trained_in", _TEXT, "", "Simulator of the training; null for baselines.")
 _EMBEDDING = Column(
@@ -86,7 +92,8 @@ _VARIANT = Column(
     "variant",
     _TEXT,
     "",
-    "One more option of the controller, as trigger=staging; null for the paper's own.",
+    "One more option of the controller, as trigger=staging, or what disturbs the run, as incident; "
+    "null for the paper's own, and undisturbed.",
 )
 
 _WHO = (
@@ -110,6 +117,14 @@ RUNS: tuple[Column, ...] = (
     Column("training_s", _WHOLE, "s", "Length of the training before it; null for baselines."),
     *(column for name, column in _METRICS.items() if name != "msize_per_agent"),
     Column("intersections", _WHOLE, "", "Intersections that the controller decides for."),
+    Column(
+        "locked",
+        _WHOLE,
+        "intersections",
+        "Intersections that locked: from some second to the end a queue, and less than a fifth of "
+        "those cross who would if nobody waited. Null where it was not looked for.",
+    ),
+    Column("locked_from_s", _WHOLE, "s", "When the first of them locked; null for none."),
     _METRICS["msize_per_agent"],
     Column(
         "decisions_until_better",
@@ -117,6 +132,20 @@ RUNS: tuple[Column, ...] = (
         "decisions",
         "From the first decision of its training, or of the run, until its queue stays below "
         "max-pressure's; null if it never does, and for controllers that do not learn.",
+    ),
+    Column(
+        "growth",
+        _REAL,
+        "share",
+        "Share of the arrivals by which the vehicles waiting grow in the second half of the run; "
+        "in the study of capacity.",
+    ),
+    Column(
+        "recovery_s",
+        _REAL,
+        "s",
+        "From the end of a disturbance until about as many vehicles wait as without it, up to the "
+        "end of the run.",
     ),
     Column("status", _TEXT, "", '"ok", or the message of the failure.', False),
 )

@@ -148,6 +148,10 @@ class Scenario:
     link_free_s
         (links,) seconds of these that are free flow, beyond which time counts as lost, where they
         were measured; else length and speed tell.
+    ignore_junction_blocker_s
+        SUMO only: a vehicle that has stood on a junction for so many seconds blocks nobody any
+        more (``--ignore-junction-blocker``). None: it blocks until it moves, or as a configuration
+        says.
     cityflow
         CityFlow's files of the scenario, if it comes from such.
 
@@ -166,6 +170,7 @@ class Scenario:
     sumo: SumoFiles | None = None
     link_time_s: tuple[float, ...] | None = None
     link_free_s: tuple[float, ...] | None = None
+    ignore_junction_blocker_s: int | None = None
     cityflow: CityflowFiles | None = None
 
     def __post_init__(self) -> None:

@@ -156,6 +156,13 @@ class ScenarioRecipe(BaseModel):
         None,
         description="Calibration of the queue simulator, from dmil calibrate.",
     )
+    ignore_junction_blocker_s: int | None = Field(
+        None,
+        ge=1,
+        le=LONGEST_RUN_S,
+        description="SUMO: seconds after which a vehicle that stands on a junction blocks others "
+        "no more; by default never, so that a junction can lock for good.",
+    )
     timing: TimingChanges = Field(TimingChanges(), description="Signal timing.")
     dynamics: DynamicsChanges = Field(DynamicsChanges(), description="Queue dynamics.")
     demand: DemandChanges = Field(
@@ -185,6 +192,7 @@ class ScenarioRecipe(BaseModel):
         return replace(
             made,
             timing=SignalTiming(**made.timing.model_dump() | _given(self.timing)),
+            ignore_junction_blocker_s=self.ignore_junction_blocker_s,
             dynamics=QueueDynamics(**made.dynamics.model_dump() | _given(self.dynamics)),
         )
 

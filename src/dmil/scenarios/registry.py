@@ -19,6 +19,10 @@ from dmil.scenarios.timing import SignalTiming
 
 RESCO_TIMING = SignalTiming(decision_interval_s=10, clearance_s=3)
 """The benchmark's protocol, whatever the plans in its files say."""
+RESCO_TIMING_OF = {
+    f"{PREFIX}arterial4x4": SignalTiming(decision_interval_s=5, clearance_s=2),
+}
+"""That of networks for which the benchmark's map configuration has times of its own."""
 GRID_HORIZON_S = 300
 GRID_DEMANDS: dict[str, Demand] = {
     "": PoissonDemand(),
@@ -110,7 +114,7 @@ def scenario(
             horizon_s=horizon_s,
             phases=phases or "program",
             routing=routing,
-            timing=timing or (RESCO_TIMING if name.startswith(PREFIX) else None),
+            timing=timing or _timing_of(name),
             dynamics=dynamics,
             name=name,
         )
@@ -147,6 +151,11 @@ def scenario(
     if ties is not None:
         made = replace(made, demand=with_ties(made.demand, ties, made.network))
     return with_load(made, load)
+
+
+def _timing_of(name: str) -> SignalTiming | None:
+    """Return the benchmark's times for its scenarios; None leaves others to their plans."""
+    return RESCO_TIMING_OF.get(name, RESCO_TIMING) if name.startswith(PREFIX) else None
 
 
 def _grid_size(name: str) -> tuple[int, int]:

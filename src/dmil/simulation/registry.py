@@ -41,16 +41,25 @@ def make_simulator(
     UnknownNameError
         If there is no such simulator.
     InputError
-        If emissions are asked of a simulator that knows none, or CityFlow is not installed.
+        If emissions, or vehicles that block a junction, are asked of a simulator that knows none,
+        or CityFlow is not installed.
     MissingExtraError
         If it needs SUMO, which is not installed.
     """
     if name not in SIMULATORS:
         raise unknown_name("simulator", name, SIMULATORS)
-    if emissions and name in ("queue", "cityflow"):
-        raise InputError(
-            f"the simulator {name} knows no emissions",
-            where="emissions",
-            mend="use SUMO, or leave it",
-        )
+    for where, asked, what in (
+        ("emissions", emissions, "emissions"),
+        (
+            "ignore_junction_blocker_s",
+            scenario.ignore_junction_blocker_s is not None,
+            "vehicles that block a junction",
+        ),
+    ):
+        if asked and name in ("queue", "cityflow"):
+            raise InputError(
+                f"the simulator {name} knows no {what}",
+                where=where,
+                mend="use SUMO (--simulator sumo), or leave it",
+            )
     return SIMULATORS[name](scenario, emissions)

@@ -10,6 +10,8 @@ from dmil.statistics.bootstrap import (
     performance_profile,
     probability_of_improvement,
 )
+from dmil.statistics.growth import Stability, queue_growth, stability
+from dmil.statistics.proportions import share_interval
 from dmil.statistics.signed_rank import SignedRankTests, holm, signed_rank_tests
 from dmil.statistics.summaries import interquartile_mean, standard_deviation, wins
 
@@ -17,6 +19,7 @@ __all__ = [
     "Estimate",
     "Profile",
     "SignedRankTests",
+    "Stability",
     "holm",
     "interquartile_mean",
     "interval_levels",
@@ -25,7 +28,10 @@ __all__ = [
     "paired_ratio_of_ratios",
     "performance_profile",
     "probability_of_improvement",
+    "queue_growth",
+    "share_interval",
     "signed_rank_tests",
+    "stability",
     "standard_deviation",
     "wins",
 ]

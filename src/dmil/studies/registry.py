@@ -12,12 +12,24 @@ from rich.text import Text
 from dmil.errors import OutputError
 from dmil.reports.export import Figure
 from dmil.results import Results
+from dmil.studies.ablation.study import AblationStudy
+from dmil.studies.capacity.study import CapacityStudy
 from dmil.studies.memories.study import MemoriesStudy
 from dmil.studies.paper.study import PaperStudy
 from dmil.studies.protocols.study import ProtocolsStudy
 from dmil.studies.resco.study import RescoStudy
 
-STUDIES = {study.name: study for study in (PaperStudy, RescoStudy, MemoriesStudy, ProtocolsStudy)}
+STUDIES = {
+    study.name: study
+    for study in (
+        PaperStudy,
+        RescoStudy,
+        MemoriesStudy,
+        AblationStudy,
+        CapacityStudy,
+        ProtocolsStudy,
+    )
+}
 """Name to what runs it. Each lies in a folder of its name, beside its modules page and terminal."""
 
 

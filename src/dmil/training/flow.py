@@ -9,7 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from dmil.controllers import Controller
+from dmil.demand import Vehicles
+from dmil.network import RoadNetwork
 from dmil.simulation import Observation, Simulator
+from dmil.simulation.sumo.approaches import build_ways
 from dmil.training.observers import Observer, Phases
 
 WINDOW_S = 300
@@ -114,6 +117,31 @@ def locks(flows: Sequence[Flow]) -> list[tuple[Lock, ...]]:
         ]
         found.append(tuple(sorted(since, key=lambda lock: (lock.since_s, lock.intersection))))
     return found
+
+
+def locks_of(flow: Flow, network: RoadNetwork, vehicles: Vehicles) -> tuple[Lock, ...]:
+    """Tell which intersections locked in a run that is compared with no other (ours).
+
+    As `locks`, with those who would cross if nobody ever waited in place of another controller's.
+    """
+    return locks([flow, undelayed(network, vehicles, flow.time_s)])[0]
+
+
+def undelayed(network: RoadNetwork, vehicles: Vehicles, time_s: npt.NDArray[np.int32]) -> Flow:
+    """Return what would flow if all departed in time and drove at the limits (ours).
+
+    ``time_s`` are the decisions to count at, ascending.
+    """
+    ways, sizes = build_ways(network, vehicles), np.diff(vehicles.route_offset)
+    so_far_s = np.append(0.0, np.cumsum(network.free_flow_time_s[vehicles.route_links]))
+    begun_s = vehicles.depart_s - so_far_s[vehicles.route_offset[:-1]]
+    crossed_s = np.repeat(begun_s, sizes) + so_far_s[1:]
+    movements = max(len(item.movements) for item in network.intersections)
+    at = np.searchsorted(time_s, crossed_s[ways.own])
+    crossing = np.zeros((time_s.size + 1, len(network.intersections)), np.int32)
+    np.add.at(crossing, (at, ways.movement[ways.own] // movements), 1)
+    passed = np.cumsum(crossing[:-1], axis=0, dtype=np.int32)
+    return Flow(time_s, np.zeros_like(passed), passed)
 
 
 def _stands_still(crossed: npt.NDArray[np.int32]) -> npt.NDArray[np.bool_]:

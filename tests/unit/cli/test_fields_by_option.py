@@ -221,7 +221,17 @@ def test_a_policy_brings_its_demand_and_its_constants(dmil, tmp_path):
 def test_other_constants_teach_something_else(dmil, tmp_path):
     def learned(*options):
         path = tmp_path / f"{len(options)}.npz"
-        train = ("train", "--scenario", "grid:1x1", "--load", 3, "--episodes", 2)
+        train = (
+            "train",
+            "--scenario",
+            "grid:1x1",
+            "--load",
+            3,
+            "--controller",
+            "dual-memory",
+            "--episodes",
+            2,
+        )
         dmil(*train, "--reward", "default", *options, "--out", path)
         return {name: array.tobytes() for name, array in load_policy(path).arrays.items()}
 

@@ -88,7 +88,7 @@ def test_the_end_of_a_training_says_how_the_policy_compares(dmil, tmp_path, monk
     policy = "p.npz"
     train = ("train", "grid:2x2", "--steps", 300, "--episodes", 1, "--out", policy)
     found = dmil.json(*train)["compared"]["delay_s"]
-    rivals = ("fixed-cycle", "max-pressure", "longest-queue-first,approaching=true", "factored")
+    rivals = ("fixed-cycle", "max-pressure", "longest-queue-first,approaching=true", "combined")
     assert set(found) == {"p.npz", *rivals}
     lines = dmil(*train).splitlines()
     assert lines[-1] == f"Policy: {policy}. Judge it: dmil evaluate --policy {policy}"

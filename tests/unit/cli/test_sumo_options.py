@@ -5,6 +5,8 @@ import tomllib
 import pytest
 
 from dmil.scenarios.names import find_resco_configuration
+from dmil.scenarios.recipe import ScenarioRecipe
+from dmil.simulation.sumo.files import run_files
 
 NAME = "resco/cologne1"
 
@@ -93,3 +95,33 @@ def test_routes_of_another_network_are_refused(dmil, files):
     other = find_resco_configuration("resco/grid4x4").with_name("grid4x4_1.rou.xml")
     dmil("simulate", *files[:3], other, code=2)
     assert "which the network 'cologne1' does not have" in dmil.err
+
+
+def test_vehicles_that_block_a_junction_can_be_ignored(dmil, tmp_path):
+    pytest.importorskip("libsumo", reason="needs the extra sumo")
+    run = ("simulate", "--scenario", NAME, "--steps", "300", "--ignore-junction-blocker", "10")
+    values = tomllib.loads(dmil(*run, "--print-config"))
+    assert values["ignore_junction_blocker_s"] == 10
+    scenario = ScenarioRecipe(scenario=NAME, horizon_s=300, ignore_junction_blocker_s=10).build()
+    assert run_files(scenario, tmp_path).further_options[-1] == ("ignore-junction-blocker", "10")
+    grid = ScenarioRecipe(scenario="grid:1x1", ignore_junction_blocker_s=7).build()
+    assert run_files(grid, tmp_path).further_options == (("ignore-junction-blocker", "7"),)
+    assert dmil.json(*run, "--simulator", "sumo")["runs"][0]["spawned_veh"] > 100
+    dmil(*run, code=2)
+    assert "the simulator queue knows no vehicles that block a junction" in dmil.err
+    dmil(*run[:-1], "0", code=2)
+    assert "--ignore-junction-blocker: found 0; expected at least 1" in dmil.err
+
+
+def test_the_arterial_has_the_benchmarks_own_times(dmil):
+    times = ("decision_interval_s", "clearance_s")
+    usual, own = (dmil.json("scenarios", f"resco/{name}") for name in ("grid4x4", "arterial4x4"))
+    assert [usual[name] for name in times] == [10, 3] and [own[name] for name in times] == [5, 2]
+
+
+def test_a_comparison_says_that_blockers_were_ignored(dmil):
+    pytest.importorskip("libsumo", reason="needs the extra sumo")
+    rules = ("--controller", "max-pressure", "--controller", "longest-queue-first")
+    run = ("evaluate", "--scenario", NAME, "--steps", "300", "--simulator", "sumo", *rules)
+    said = dmil(*run, "--seeds", "1", "--jobs", "1", "--ignore-junction-blocker", "10")
+    assert "seed 0, junction blockers ignored after 10 s" in said.splitlines()[0]

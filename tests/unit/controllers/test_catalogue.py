@@ -8,9 +8,9 @@ from dmil.controllers import CONTROLLERS, make_controller
 from dmil.controllers.entry import Entry, Range
 from dmil.controllers.rules.baselines import MaxPressureController, MaxPressureSettings
 from dmil.experiments.tuning import search_space
+from dmil.reports.contenders import colour_of, controller_name
 from dmil.reports.labels import colours_by_label, contender_label, controller_label, dashes_by_label
 from dmil.reports.theme import DARK, DARK_BACKGROUND
-from dmil.studies.memories.names import colour_of, controller_name
 from dmil.studies.paper.cell_charts import COLOURS
 from dmil.studies.resco.charts import contender_colours
 

@@ -250,3 +250,31 @@ def test_lanes_that_movements_with_other_greens_share(doctor):
     (found,) = of_kind(doctor(case), "shared-lanes")
     assert (found.severity, found.place) == ("note", "intersection C")
     assert found.what.startswith("12 of its 12 movements share lanes")
+    (found,) = of_kind(doctor(case), "locking-lanes")
+    assert (found.severity, found.place) == ("note", "intersection C")
+    assert found.what == "no phase serves all movements of lanes EC_0, NC_0, SC_0, WC_0"
+    assert "guard=true" in found.mend
+
+
+def test_lanes_whose_movements_go_together_in_some_phase_lock_no_rule(doctor, with_states):
+    assert "locking-lanes" not in kinds(doctor(with_states(*PROGRAM)))
+
+
+@pytest.mark.parametrize(("given", "plans"), [("kept", "all-stop"), ("all-stop", "kept")])
+def test_another_kind_of_clearance_than_the_plans_is_a_warning(with_states, given, plans):
+    """In both: the road from the north goes on, in one through the yellow of the others."""
+    through = "GGgrrrGGgrrr"
+    yellow = {"kept": "GGyrrrGGyrrr", "all-stop": "yyyrrryyyrrr"}[plans]
+    back = {"kept": "GGgrrrGGgrrr", "all-stop": "rrrrrrrrrrrr"}[plans]
+    case = read_case(
+        [str(with_states((30, through), (3, yellow), (20, "GGrrrrGGrrrr"), (3, back)))]
+    )
+    assert "clearance-kind" not in kinds(examine(case))
+    named = replace(case, timing=SignalTiming(clearance_s=3, clearance_kind=given))
+    (found,) = of_kind(examine(named), "clearance-kind")
+    assert found.severity == "warning"
+    assert found.what == f"under a controller clearance is {given}, {plans} in its plan"
+    same = replace(case, timing=SignalTiming(clearance_s=3, clearance_kind=plans))
+    assert "clearance-kind" not in kinds(examine(same))
+    without = replace(case, timing=SignalTiming(clearance_s=0, clearance_kind=given))
+    assert "clearance-kind" not in kinds(examine(without))

@@ -269,7 +269,9 @@ def test_the_scenarios_of_resco(name):
     vehicles = made.demand.vehicles(made.network, made.horizon_s, stream(0))
     intersections, count, space_m = RESCO[name]
     assert (made.name, made.horizon_s, len(vehicles)) == (name, 3600, count)
-    assert made.timing == SignalTiming(decision_interval_s=10, clearance_s=3)
+    # The benchmark has times of its own for one of its networks.
+    interval_s, clearance_s = (5, 2) if name == "resco/arterial4x4" else (10, 3)
+    assert made.timing == SignalTiming(decision_interval_s=interval_s, clearance_s=clearance_s)
     assert len(made.network.intersections) == intersections
     assert made.dynamics.vehicle_space_m == space_m
     assert vehicles.dropped == 0

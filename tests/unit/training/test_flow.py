@@ -1,5 +1,6 @@
 """Which junctions are said to have locked: those that stand still, not those that are only full."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from dmil.rewards import make_reward
 from dmil.scenarios.recipe import ScenarioRecipe
 from dmil.simulation import make_simulator
 from dmil.training import evaluate, vehicles_of_seed
-from dmil.training.flow import Flow, FlowRecorder, locks
+from dmil.training.flow import Flow, FlowRecorder, locks, locks_of, undelayed
 
 STUCK = Path(__file__).parents[2] / "cases" / "factored-stuck"
 TIME_S = np.arange(0, 1810, 10, dtype=np.int32)
@@ -110,3 +111,29 @@ def test_everybody_crosses_the_one_junction_once(simulator):
     assert crossed - measures.arrived_veh <= 10
     assert (np.diff(found.passed_veh[:, 0]) >= 0).all()
     assert found.time_s[-1] == 900
+
+
+def test_what_would_flow_without_delay_is_what_the_routes_say():
+    scenario = ScenarioRecipe(scenario="grid:1x2", horizon_s=600).build()
+    vehicles, network = vehicles_of_seed(scenario, 0), scenario.network
+    found = undelayed(network, vehicles, TIME_S)
+    crossed = np.zeros_like(found.passed_veh)
+    for v, depart_s in enumerate(vehicles.depart_s):
+        at_s = float(depart_s)
+        route = vehicles.route_links[vehicles.route_offset[v] : vehicles.route_offset[v + 1]]
+        for here, there in pairwise(route.tolist()):
+            at_s += network.free_flow_time_s[here]
+            crossed[at_s <= TIME_S, network.movement_index[here, there][0]] += 1
+    assert (found.passed_veh == crossed).all() and crossed[-1].sum() > 100
+    assert (found.queue_veh == 0).all()
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_one_run_alone_tells_that_its_junction_locked(simulator):
+    pytest.importorskip("libsumo", reason="needs the extra sumo")
+    recipe = stuck()
+    scenario, (program, blocked) = recipe.build(), ["program", "max-pressure,guard=false"]
+    flows, _ = run_all(recipe, simulator, [program, blocked])
+    vehicles = vehicles_of_seed(scenario, 0)
+    assert locks_of(flows[0], scenario.network, vehicles) == ()
+    assert len(locks_of(flows[1], scenario.network, vehicles)) == 1

@@ -93,7 +93,7 @@ class DeepLearner(NetworkLearner):
                     self._train()
             value = self._values(state)
         self._expect_finite(value, "values of the phases")
-        action = self.choose(value.astype(np.float64), observation.time_s)
+        action = self.choose(value.astype(np.float64), observation)
         self._decisions += settings.learning
         self._state, self._action = state, action
         return action

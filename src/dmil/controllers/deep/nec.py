@@ -64,7 +64,7 @@ class NecController(NetworkLearner):
         with one_thread():
             key = self._embeddings(state)
             value = self._recalled(key)
-            action = self.choose(value, observation.time_s)
+            action = self.choose(value, observation)
             if settings.learning:
                 if reward is not None:
                     self._learn(reward * settings.reward_scale, best_tried(value))

@@ -59,8 +59,8 @@ class VdnController(DeepLearner):
     def memory_use(self) -> MemoryUse:
         """Return how much is remembered now: the team's transitions that can be replayed."""
         size = self._replay.size
-        networks = sum(network.bytes_used for network in self._networks)
-        return MemoryUse(0.0, 0.0, size, size, size, networks + self._replay.bytes_used)
+        own = self._guard.bytes_total + sum(each.bytes_used for each in self._networks)
+        return MemoryUse(0.0, 0.0, size, size, size, own + self._replay.bytes_used)
 
     def _parts(self) -> dict[str, Part]:
         networks = {str(i): (each.arrays, each.restore) for i, each in enumerate(self._networks)}

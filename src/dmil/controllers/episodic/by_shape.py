@@ -15,8 +15,9 @@ from pydantic import Field
 
 from dmil.arrays import Arrays, FloatArray, IntArray
 from dmil.compilation import kernel
-from dmil.controllers.parameters import Settings
+from dmil.controllers.parameters import GUARD, Settings
 from dmil.controllers.protocol import MemoryUse, RunContext
+from dmil.controllers.rules.shared_lanes import SharedLaneGuard
 from dmil.controllers.tabular.agents import Agents, agents_of
 from dmil.controllers.tabular.choice import DRAWS, explores, greedy_action, uniform_action
 from dmil.errors import DivergedError, PolicyError
@@ -50,6 +51,7 @@ class SharedSettings(Settings):
     exploration_part: float = Field(
         default=0.2, gt=0, le=1, description="Fraction of training in which ε falls linearly."
     )
+    guard: bool = Field(default=True, description=GUARD)
     learning: bool = Field(
         default=True,
         description="Whether it explores and learns; off for a frozen, greedy evaluation.",
@@ -98,6 +100,7 @@ class SharedLearner(ABC):
         self._agents = agents
         self._situation, self._rng = context, context.rng
         self._columns, self._there = signalled_columns(network)
+        self._guard = SharedLaneGuard(context, enabled=self._shared_settings.guard)
         self._phase_count = np.array([len(i.phases) for i in network.intersections], np.int32)
         if before is None:
             self._start()
@@ -135,15 +138,15 @@ class SharedLearner(ABC):
         found: IntArray = np.take_along_axis(counts, self._columns, axis=1) * self._there
         return np.minimum(found, np.int32(LARGEST_VEH))
 
-    def choose(self, value: FloatArray, time_s: int) -> IntArray:
-        """Choose ε-greedily, of equally good actions one at random.
+    def choose(self, value: FloatArray, observation: Observation) -> IntArray:
+        """Choose ε-greedily, of equally good actions one at random; the guard may overrule it.
 
         Parameters
         ----------
         value: (agents, actions) float64
             Infinite where an action was never tried.
-        time_s: int
-            Time since the run began, for errors.
+        observation
+            What is seen now.
 
         Returns
         -------
@@ -155,11 +158,12 @@ class SharedLearner(ABC):
             If a value is not a number.
         """
         if np.isnan(value).any():
-            raise DivergedError(self._name, "values of the phases", time_s)
+            raise DivergedError(self._name, "values of the phases", observation.time_s)
         action = np.zeros(value.shape[0], np.int32)
         draws = self._rng.random((value.shape[0], DRAWS))
         alike = np.arange(value.shape[1], dtype=np.int32)
         choose_all(value, self._phase_count, alike, draws, self.epsilon, action)
+        self._guard.overrule(observation, action)
         return action
 
     def lookups(self) -> dict[str, int]:
@@ -177,7 +181,9 @@ class SharedLearner(ABC):
             Their memory, in bytes.
         """
         mean = float(entries[self.agents.shape].mean())
-        return MemoryUse(0.0, 0.0, mean, mean, int(entries.sum()), bytes_total)
+        return MemoryUse(
+            0.0, 0.0, mean, mean, int(entries.sum()), bytes_total + self._guard.bytes_total
+        )
 
     def _with_decisions(self, arrays: Arrays) -> Arrays:
         return {**arrays, DECISIONS: np.array([self._decisions], np.int64)}

@@ -94,7 +94,7 @@ class MfecController(SharedLearner):
             value,
             self._lookups,
         )
-        action = self.choose(value, observation.time_s)
+        action = self.choose(value, observation)
         if settings.learning:
             if reward is not None:
                 self._learn(reward, value, observation.time_s)

@@ -147,6 +147,7 @@ class PlmpController(SharedLearner):
         )
         if not decide_plmp(self._table, self.agents.shape, self._phase_count, step, self._rules):
             raise DivergedError("plmp", "values of Q", observation.time_s)
+        self._guard.overrule(observation, self._action)
         self._decisions += settings.learning
         return self._action.copy()
 

@@ -39,6 +39,8 @@ class CombinedSettings(LaneSettings):
     yields: bool = with_default(LaneSettings, "yields", default=True)
     age: float = with_default(LaneSettings, "age", AGE_VEH_PER_S)
     waves: Waves = with_default(LaneSettings, "waves", "choice")
+    outside: bool = with_default(LaneSettings, "outside", default=True)
+    censored: bool = with_default(LookaheadSettings, "censored", default=True)
     weight: float = Field(
         default=1.0,
         ge=0,
@@ -68,11 +70,12 @@ class CombinedController(LaneMemory):
 
     def _work(self, groups: LaneGroups, movements: Movements, after_switch: float) -> LaneWork:
         common = {name: getattr(self.settings, name) for name in LaneSettings.model_fields}
+        model = common | {"censored": self.settings.censored}
         # Whoever waits for long is counted once, by the values.
         alike, apart = (
             parameters_of(
                 LookaheadParams,
-                LookaheadSettings(**common | changes),
+                LookaheadSettings(**model | changes),
                 age=0.0,
                 after_switch=after_switch,
             )
@@ -86,5 +89,8 @@ class CombinedController(LaneMemory):
             self.settings.weight,
         )
         columns = self.table.residual.shape[1]
-        gains, plans = make_gains(groups, movements, columns), make_plans(groups, movements)
+        gains, plans = (
+            make_gains(groups, movements, columns),
+            make_plans(groups, movements, columns),
+        )
         return LaneWork(TypedOnce(decide), params, CombinedSpace(gains, plans))

@@ -31,7 +31,8 @@ from dmil.controllers.lanes.lane_inputs import (
     note_treatment,
 )
 from dmil.controllers.lanes.lane_model import LookaheadParams
-from dmil.controllers.lanes.lookahead_choice import Plans, add_up_costs, learn_model
+from dmil.controllers.lanes.lookahead_choice import Plans, add_up_costs
+from dmil.controllers.lanes.lookahead_learning import learn_model
 from dmil.controllers.lanes.movements import look_at_movements
 from dmil.memory.residuals import ResidualTable, has_numbers_only
 
@@ -75,8 +76,8 @@ def decide(
 ) -> bool:
     """Choose all phases and learn from the last choice.
 
-    Every intersection chooses by what it sees and announces that; then, knowing what its neighbours
-    mean to do, it chooses for good.
+    Every intersection chooses by values alone and announces that; then, knowing what its neighbours
+    mean to do, it chooses by both, for good.
 
     See `LaneWork` for what it takes and returns; tables and short-term memory are changed in place.
     """
@@ -93,7 +94,8 @@ def decide(
     expect_by_rate(groups, values.expected, short, scratch)
     for link in range(scratch.green.shape[0]):
         scratch.green[link] = ZERO
-    _weigh_both(groups, params, tables, short, inputs, scratch, space)
+    find_waves(groups, values.vehicle * values.wave, scratch)
+    add_up_gains(groups, values, short, inputs, scratch, gains)
     choose(inputs, gains, phases)
     announce(groups, values.approaching, inputs, scratch, phases)
     expect_announced(groups, values.expected, short, scratch)

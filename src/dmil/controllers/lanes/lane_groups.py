@@ -20,6 +20,8 @@ from dmil.network import Intersection, RoadNetwork
 from dmil.scenarios import signal_times
 
 ZERO = np.float32(0.0)
+FULL = 0.8
+"""Part of its storage from which on a lane counts as full."""
 Indices = npt.NDArray[np.uint32]
 """Places in other arrays: without a sign, because compiled code then need not ask for it."""
 
@@ -82,6 +84,11 @@ class LaneGroups(NamedTuple):
     unannounced: (groups,) float32
         Part of the interval in which vehicles can reach its end that are not on its link yet, where
         no intersection feeds it that could announce them; else 0.
+    entries: (some groups,) uint32
+        Groups that no intersection feeds and that fill up, so that vehicles wait unseen behind
+        them; none unless asked for.
+    entry_full_veh: (some groups,) float32
+        Vehicles per lane from which on they count as full.
     """
 
     group_offset: IntArray
@@ -106,6 +113,8 @@ class LaneGroups(NamedTuple):
     waves: Single
     all_seen: BoolArray
     unannounced: Single
+    entries: Indices
+    entry_full_veh: Single
 
     @property
     def ways(self) -> int:
@@ -113,7 +122,9 @@ class LaneGroups(NamedTuple):
         return 2 if self.partly.any() else 1
 
 
-def lane_groups(context: RunContext, *, waves_everywhere: bool = True) -> LaneGroups:
+def lane_groups(
+    context: RunContext, *, waves_everywhere: bool = True, outside: bool = False
+) -> LaneGroups:
     """Return the lane groups of a network, with its signal timing and saturation flow (ours)."""
     network, interval_s = context.network, context.decision_interval_s
     width = max(len(item.movements) for item in network.intersections)
@@ -151,6 +162,10 @@ def lane_groups(context: RunContext, *, waves_everywhere: bool = True) -> LaneGr
     is_fed[ahead] = True
     unseen = np.zeros(links + 1, np.float32)
     unseen[:links] = np.clip(1.0 - network.free_flow_time_s / interval_s, 0.0, None)
+    fills = outside and context.dynamics.storage
+    entries = np.flatnonzero(~is_fed[link]) if fills else np.zeros(0, np.int64)
+    length_m = np.array([item.length_m for item in network.links])
+    room_veh = length_m[link[entries]] / context.dynamics.vehicle_space_m
     return LaneGroups(
         group_offset=np.array(group_offset, np.int32),
         phase_offset=np.array(phase_offset, np.int32),
@@ -174,6 +189,8 @@ def lane_groups(context: RunContext, *, waves_everywhere: bool = True) -> LaneGr
         waves=unseen if waves_everywhere else np.where(_ends_at_choice(network), unseen, ZERO),
         all_seen=unseen[link] == 0.0,
         unannounced=np.where(is_fed, ZERO, unseen)[link],
+        entries=entries.astype(np.uint32),
+        entry_full_veh=(FULL * room_veh).astype(np.float32),
     )
 
 

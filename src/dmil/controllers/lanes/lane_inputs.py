@@ -34,6 +34,9 @@ SMALLEST_RATE_VEH = np.float32(0.05)
 RATED_ENOUGH = np.float32(1000.0)
 """Intervals after which the moving average forgets at its own pace, whatever the step."""
 
+MOST_OUTSIDE_VEH = np.float32(20.0)
+"""Vehicles per lane that are believed to wait unseen, at most."""
+
 
 class ShortTerm(NamedTuple):
     """What every intersection remembers of the last decision and of arrivals, per lane group.
@@ -50,6 +53,8 @@ class ShortTerm(NamedTuple):
         Row of the table, then.
     treatment: (groups,) uint8
         How it was treated since.
+    outside_veh: (entries,) float32
+        Per lane, those who wait unseen behind a full entry.
     """
 
     rate_veh: Single
@@ -58,6 +63,7 @@ class ShortTerm(NamedTuple):
     expected_veh: Single
     row: RowArray
     treatment: ByteArray
+    outside_veh: Single
 
 
 class Inputs(NamedTuple):
@@ -89,8 +95,9 @@ class LaneScratch(NamedTuple):
 
     Attributes
     ----------
-    queue_veh, expected_veh, waiting_veh, joined_veh: float32
-        Seen and expected now; who joined in the interval that ended, as far as one can tell.
+    queue_veh, expected_veh, waiting_veh, moving_veh, joined_veh: float32
+        Seen and expected now, moving those who approach; who joined in the interval that ended, as
+        far as one can tell.
     tells: uint8
         Whether one can.
     row: uint16
@@ -109,6 +116,7 @@ class LaneScratch(NamedTuple):
     queue_veh: Single
     expected_veh: Single
     waiting_veh: Single
+    moving_veh: Single
     joined_veh: Single
     tells: ByteArray
     row: RowArray
@@ -158,7 +166,8 @@ def aggregate(
             waiting += inputs.waiting_veh[movement]
         per_lane = ONE / groups.lanes[g]
         scratch.queue_veh[g] = np.float32(queue) * per_lane
-        scratch.expected_veh[g] = np.float32(approaching * use_approaching) * per_lane
+        scratch.moving_veh[g] = np.float32(approaching * use_approaching) * per_lane
+        scratch.expected_veh[g] = scratch.moving_veh[g]
         scratch.waiting_veh[g] = np.float32(waiting) * per_lane
 
 
@@ -197,6 +206,7 @@ def count_arrivals(
             joined_veh[g] = short.expected_veh[g] if groups.all_seen[g] else joined_veh[g]
         for g in range(count):
             tells[g] = tells[g] | groups.all_seen[g]
+    _count_outside(groups, after, short, scratch)
     for g in range(count):
         step = max(own_step, ONE / (ONE + min(short.rated[g] + ONE, RATED_ENOUGH)))
         step = own_step if short.rated[g] == RATED_ENOUGH else step
@@ -205,6 +215,30 @@ def count_arrivals(
     for g in range(count):
         rated = min(short.rated[g] + ONE, RATED_ENOUGH)
         short.rated[g] = rated if tells[g] else short.rated[g]
+
+
+@kernel
+def _count_outside(
+    groups: LaneGroups, after_switch: Real, short: ShortTerm, scratch: LaneScratch
+) -> None:
+    """Count those who wait behind full entries, by the balance of those who come and who join.
+
+    As many come as usual; in the long run that is as many as join.
+    """
+    outside_veh = short.outside_veh
+    for entry in range(groups.entries.shape[0]):
+        g = groups.entries[entry]
+        full = scratch.queue_veh[g] + scratch.moving_veh[g] >= groups.entry_full_veh[entry]
+        before = outside_veh[entry]
+        if full or before > ZERO:
+            left_veh = green_part(short.treatment[g], after_switch) * groups.lane_veh[g]
+            more_veh = scratch.queue_veh[g] - (short.queue_veh[g] - before)
+            scratch.joined_veh[g] = max(ZERO, more_veh + left_veh)
+            scratch.tells[g] = True
+        waiting = before + short.rate_veh[g] - scratch.joined_veh[g]
+        outside_veh[entry] = min(max(ZERO, waiting), MOST_OUTSIDE_VEH) if full else ZERO
+        scratch.queue_veh[g] += outside_veh[entry]
+        scratch.waiting_veh[g] += HALF * (before + outside_veh[entry])
 
 
 @kernel

@@ -64,6 +64,11 @@ class LaneSettings(Settings):
         description="Where green ahead counts: everywhere, or only where the next intersection "
         "has a choice of phases.",
     )
+    outside: bool = Field(
+        default=False,
+        description="Whether those count who wait unseen behind a full entry of the network, as "
+        "far as the balance of flows tells.",
+    )
     guard: bool = Field(
         default=True,
         description="Whether red counts more, the longer it lasts, where shared lanes were "
@@ -122,8 +127,11 @@ class LaneMemory(ABC):
             If lanes are treated in ways here that the table does not know.
         """
         own = self._lanes
-        self._groups = groups = lane_groups(context, waves_everywhere=own.waves == "everywhere")
-        self._short, self._scratch = _short_term(groups), _scratch(groups, self._lookups)
+        self._groups = groups = lane_groups(
+            context, waves_everywhere=own.waves == "everywhere", outside=own.outside
+        )
+        self._short = _short_term(groups)
+        self._scratch = _scratch(groups, self._lookups)
         self._guard = SharedLaneGuard(context, enabled=own.guard)
         self._asked: IntArray | None = None
         lost = lost_s(context.timing, context.network)
@@ -254,6 +262,7 @@ def _short_term(groups: LaneGroups) -> ShortTerm:
         expected_veh=np.zeros(count, np.float32),
         row=np.zeros(count, np.uint16),
         treatment=np.zeros(count, np.uint8),
+        outside_veh=np.zeros(groups.entries.size, np.float32),
     )
 
 
@@ -263,6 +272,7 @@ def _scratch(groups: LaneGroups, lookups: npt.NDArray[np.int64]) -> LaneScratch:
         queue_veh=np.zeros(count, np.float32),
         expected_veh=np.zeros(count, np.float32),
         waiting_veh=np.zeros(count, np.float32),
+        moving_veh=np.zeros(count, np.float32),
         joined_veh=np.zeros(count, np.float32),
         tells=np.zeros(count, np.uint8),
         row=np.zeros(count, np.uint16),

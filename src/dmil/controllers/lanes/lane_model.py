@@ -33,6 +33,7 @@ class LookaheadParams(NamedTuple):
     rate_step: float
     after_switch: float
     approaching: bool
+    censored: bool
     learning: bool
 
 

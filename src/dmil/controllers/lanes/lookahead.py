@@ -70,6 +70,11 @@ class LookaheadSettings(LaneSettings):
         description="Fraction of the learned next queue that is used; learned costs are used "
         "fully.",
     )
+    censored: bool = Field(
+        default=False,
+        description="Whether vehicles that still move are taken as neither queued nor gone when "
+        "the model learns.",
+    )
 
 
 class LookaheadController(LaneMemory):
@@ -89,10 +94,11 @@ class LookaheadController(LaneMemory):
         super().__init__(self.settings)
 
     def _work(self, groups: LaneGroups, movements: Movements, after_switch: float) -> LaneWork:
+        columns = self.table.residual.shape[1]
         params = parameters_of(
             LookaheadParams,
             self.settings,
             plan=self.settings.plan if self.settings.depth == 2 else 0.0,
             after_switch=after_switch,
         )
-        return LaneWork(TypedOnce(decide), params, make_plans(groups, movements))
+        return LaneWork(TypedOnce(decide), params, make_plans(groups, movements, columns))

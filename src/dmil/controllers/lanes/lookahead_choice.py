@@ -14,6 +14,7 @@ from dmil.controllers.lanes.lane_inputs import (
     KEPT,
     PARTLY,
     RED,
+    STATE_BINS,
     Inputs,
     LaneScratch,
     ShortTerm,
@@ -34,26 +35,21 @@ from dmil.controllers.lanes.lane_model import (
     COST,
     NEXT,
     LookaheadParams,
-    clear,
-    corrected,
     lane_model,
     left,
 )
 from dmil.controllers.lanes.lookahead_apart import Outlook, add_up_apart, make_outlook
+from dmil.controllers.lanes.lookahead_learning import learn_model
 from dmil.controllers.lanes.movement_facts import Movements
 from dmil.controllers.lanes.movements import (
     look_at_movements,
     note_vehicles,
     remember_treatment,
 )
-from dmil.memory.residuals import ResidualTable, count_outcome, has_numbers_only, learn_outcome
+from dmil.memory.residuals import ResidualTable, believed, has_numbers_only
 
 UNSERVED, WHOLLY, IN_PART = range(3)
 """What a phase does to a group; with what was before it makes a treatment."""
-NOT_LEARNED_FROM_VEH = 20.0
-"""Longest queue that is learned from: beyond, the lane model needs no help."""
-
-
 SAME = 1e-4
 """Costs that differ by less are the same: queues and arrivals are 32-bit numbers."""
 
@@ -66,6 +62,8 @@ class Plans(NamedTuple):
     cost: (groups, effects, effects) float64
         Predicted cost of a group for what the phases of this and the next decision do to it; there
         are three effects where phases serve groups in part, else two.
+    cost_more, left_more: (rows, columns) float64
+        What was learned of the cost and of the vehicles left, as far as it is trusted.
     effect: (groups,) uint8
         What the phase that is looked at does.
     known_veh: (groups,) float32
@@ -79,6 +77,8 @@ class Plans(NamedTuple):
     """
 
     cost: npt.NDArray[np.float64]
+    cost_more: FloatArray
+    left_more: FloatArray
     effect: ByteArray
     known_veh: Single
     movements: Movements
@@ -86,12 +86,14 @@ class Plans(NamedTuple):
     total: FloatArray
 
 
-def make_plans(groups: LaneGroups, movements: Movements) -> Plans:
-    """Return working space for a network."""
+def make_plans(groups: LaneGroups, movements: Movements, columns: int) -> Plans:
+    """Return working space for a network and so many ways to treat a lane."""
     count, effects = groups.lanes.size, 3 if groups.partly.any() else 2
     _, phases, agents = groups.served_block.shape
     return Plans(
         cost=np.zeros((count, effects, effects)),
+        cost_more=np.zeros((STATE_BINS, columns)),
+        left_more=np.zeros((STATE_BINS, columns)),
         effect=np.zeros(count, np.uint8),
         known_veh=np.zeros(count, np.float32),
         movements=movements,
@@ -172,9 +174,20 @@ def add_up_costs(
 
 
 @kernel
+def _trust(params: LookaheadParams, table: ResidualTable, plans: Plans) -> None:
+    """Prepare what was learned, as far as it is trusted."""
+    for row in range(table.residual.shape[0]):
+        for treatment in range(table.residual.shape[1]):
+            cost = believed(table, row, treatment, COST, params.trust)
+            left_veh = params.queue_trust * believed(table, row, treatment, NEXT, params.trust)
+            plans.cost_more[row, treatment] = cost
+            plans.left_more[row, treatment] = left_veh
+
+
+@kernel
 def _foresee(
     params: LookaheadParams,
-    table: ResidualTable,
+    plans: Plans,
     queue_veh: float,
     arrivals_veh: float,
     flow_veh: float,
@@ -183,7 +196,8 @@ def _foresee(
     """Return what the lane model says and what was learned beyond it."""
     cost, end_veh = lane_model(queue_veh, arrivals_veh, flow_veh, treatment, params.after_switch)
     row = int(state_bin(queue_veh, arrivals_veh))
-    return corrected(params, table, row, treatment, cost, end_veh)
+    more, more_left = plans.cost_more[row, treatment], plans.left_more[row, treatment]
+    return max(cost + more, 0.0), max(end_veh + more_left, 0.0)
 
 
 @kernel
@@ -196,28 +210,21 @@ def _predict(
     plans: Plans,
 ) -> None:
     """Predict the cost of every group for whatever this and the next phase do to it."""
+    _trust(params, table, plans)
     effects, after_switch = plans.cost.shape[1], params.after_switch
     for g in range(groups.lanes.shape[0]):
+        queue_veh, expected_veh = float(scratch.queue_veh[g]), float(scratch.expected_veh[g])
         flow_veh = float(groups.lane_veh[g])
         later_veh = params.later * float(short.rate_veh[g])
-        owed_veh = 0.0
-        for place in range(groups.movement_offset[g], groups.movement_offset[g + 1]):
-            owed_veh += plans.movements.work.owed_veh[groups.movements[place]]
         for now in range(effects):
             treatment = _treatment(now, scratch.shown[g], after_switch)
-            cost, end_veh = _foresee(
-                params,
-                table,
-                float(scratch.queue_veh[g]),
-                float(scratch.expected_veh[g]),
-                flow_veh,
-                treatment,
-            )
+            cost, end_veh = _foresee(params, plans, queue_veh, expected_veh, flow_veh, treatment)
             if now != UNSERVED:
                 cost -= float(scratch.wave[g])
                 if params.age > 0.0:
                     # Where a phase serves groups in part, movements are told apart.
                     part = float(green_part(treatment, after_switch))
+                    owed_veh = _owed(groups, plans, g)
                     cost -= params.terminal * owed_veh * part / groups.lanes[g]
             stays = left(params, end_veh)
             for then in range(effects):
@@ -225,12 +232,21 @@ def _predict(
                 if params.plan > 0.0:
                     treatment = _treatment(then, KEPT if now == WHOLLY else RED, after_switch)
                     next_cost, last_veh = _foresee(
-                        params, table, end_veh, later_veh, flow_veh, treatment
+                        params, plans, end_veh, later_veh, flow_veh, treatment
                     )
                     goes = next_cost + params.discount * left(params, last_veh)
                 # The next decision may be another one, so its plan counts in part.
                 ahead = (1.0 - params.plan) * stays + params.plan * goes
                 plans.cost[g, now, then] = groups.lanes[g] * (cost + params.discount * ahead)
+
+
+@kernel
+def _owed(groups: LaneGroups, plans: Plans, g: int) -> float:
+    """Return what green counts more for those of a group who waited for long."""
+    owed_veh = 0.0
+    for place in range(groups.movement_offset[g], groups.movement_offset[g + 1]):
+        owed_veh += plans.movements.work.owed_veh[groups.movements[place]]
+    return owed_veh
 
 
 @kernel
@@ -285,43 +301,6 @@ def _choose(
             if cost < lowest - SAME or (shown and cost < lowest + SAME):
                 best, lowest = now, cost
         phases[i] = best
-
-
-@kernel
-def learn_model(
-    groups: LaneGroups,
-    params: LookaheadParams,
-    table: ResidualTable,
-    short: ShortTerm,
-    inputs: Inputs,
-    scratch: LaneScratch,
-    movements: Movements,
-) -> None:
-    """Learn what the lane model missed in the interval that ended."""
-    facts, memory = movements.facts, movements.memory
-    apart = 0
-    for i in range(inputs.shown.shape[0]):
-        told_apart = apart < facts.apart.shape[0] and facts.apart[apart] == i
-        apart += told_apart
-        # A rejected request was not executed: nothing is learned of it.
-        if not params.learning or inputs.first or inputs.shown[i] != inputs.asked[i]:
-            continue
-        for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
-            queue_veh, arrivals_veh = float(short.queue_veh[g]), float(short.expected_veh[g])
-            if queue_veh > NOT_LEARNED_FROM_VEH:
-                continue
-            row, treated = int(state_bin(queue_veh, arrivals_veh)), short.treatment[g]
-            flow_veh = float(groups.lane_veh[g])
-            if told_apart and treated != PARTLY:
-                part = memory.served[g] * memory.green[g]
-                cost, end_veh = clear(queue_veh, arrivals_veh, flow_veh, part)
-            else:
-                cost, end_veh = lane_model(
-                    queue_veh, arrivals_veh, flow_veh, treated, params.after_switch
-                )
-            learn_outcome(table, row, treated, COST, scratch.waiting_veh[g] - cost)
-            learn_outcome(table, row, treated, NEXT, scratch.queue_veh[g] - end_veh)
-            count_outcome(table, row, treated)
 
 
 @kernel

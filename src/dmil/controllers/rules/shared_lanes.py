@@ -12,6 +12,12 @@ lasts, at that intersection and for such movements alone:
     A_j ← A_j + T          on red with a queue, else A_j ← 0
     b_j = E_i · β · A_j    vehicles that green for j counts more, β = 0.2 vehicles per s
 
+Rules and memories of lanes, whose scores are in vehicles, add b to them. Learners, whose values are
+not, are overruled: the phase q that is owed most replaces their choice p where what is owed to q is
+more than all that p could serve, queues and what is owed,
+
+    Σ_{j∈q} b_j > Σ_{j∈p} (queue_j + b_j).
+
 Ours. A term of age for all lanes costs up to 5.6 % near saturation; without the evidence, one for
 shared lanes costs up to 5 % where they do not get stuck. With it, what never gets stuck is
 controlled as without a guard, to the digit.
@@ -146,6 +152,22 @@ class SharedLaneGuard:
             )
         return self._owed_veh
 
+    def overrule(self, observation: Observation, phases: IntArray) -> None:
+        """Replace the choice of a learner where a stuck lane is owed more; once per decision.
+
+        Parameters
+        ----------
+        observation
+            What is seen now.
+        phases: (intersections,) int32
+            What was chosen; changed in place.
+        """
+        if self.needed:
+            owed_veh = self.owed_veh(observation)
+            replace_phases(
+                self._served, observation.queue_veh, owed_veh, self._waits.evidence, phases
+            )
+
 
 def rivals_of_lanes(item: Intersection) -> list[list[int]]:
     """Return for every movement those that share a lane with it and have another light (ours).
@@ -162,6 +184,26 @@ def rivals_of_lanes(item: Intersection) -> list[list[int]]:
     for j in signalled_ones:
         rivals[j] = [k for k in signalled_ones if lanes[j] & lanes[k] and lights[j] != lights[k]]
     return rivals
+
+
+def lanes_never_free(item: Intersection) -> list[str]:
+    """Return the lanes whose movements no phase serves together, as ``LINK_LANE`` (ours).
+
+    Parameters
+    ----------
+    item
+        An intersection; movements without a signal always go.
+    """
+    using: dict[tuple[str, int], set[int]] = {}
+    for j, each in enumerate(item.movements):
+        if j not in item.unsignalled:
+            for lane in each.lanes:
+                using.setdefault((each.from_link, lane), set()).add(j)
+    return [
+        f"{link}_{lane}"
+        for (link, lane), movements in sorted(using.items())
+        if not any(movements <= phase for phase in item.phases)
+    ]
 
 
 @kernel
@@ -208,3 +250,43 @@ def watch(
     for place in range(shared.movement.shape[0]):
         i, j = shared.intersection[place], shared.movement[place]
         owed_veh[i, j] = waits.evidence[i] * OWED_VEH_PER_S * waits.red_s[place]
+
+
+@kernel
+def replace_phases(
+    served: BoolArray,
+    queue_veh: IntArray,
+    owed_veh: FloatArray,
+    evidence: FloatArray,
+    phases: IntArray,
+) -> None:
+    """Replace phases where another one is owed more than they could serve; see the top of the file.
+
+    Parameters
+    ----------
+    served: (intersections, phases, movements) bool
+        See `dmil.controllers.rules.phase_choice.signalled`.
+    queue_veh: (intersections, movements) int32
+    owed_veh: (intersections, movements) float64
+        b.
+    evidence: (intersections,) float64
+        E: where it is 0 nothing is owed.
+    phases: (intersections,) int32
+        Changed in place.
+    """
+    for i in range(phases.shape[0]):
+        if evidence[i] == 0.0:
+            continue
+        chosen = phases[i]
+        most = 0.0
+        for j in range(queue_veh.shape[1]):
+            if served[i, chosen, j]:
+                most += queue_veh[i, j] + owed_veh[i, j]
+        for q in range(served.shape[1]):
+            owed = 0.0
+            for j in range(queue_veh.shape[1]):
+                if served[i, q, j]:
+                    owed += owed_veh[i, j]
+            if owed > most:
+                most = owed
+                phases[i] = q

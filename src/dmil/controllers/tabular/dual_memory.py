@@ -107,7 +107,8 @@ class DualMemoryController(TabularLearner):
             + (self._stored_once(long.rows.size) if self._sends_long else long_total),
             bytes_total=bytes_used(short.rows, short[1:])
             + bytes_used(long.rows, long[1:])
-            + sum(array.nbytes for array in self.memory.admission[:-1]),
+            + sum(array.nbytes for array in self.memory.admission[:-1])
+            + self._guard.bytes_total,
             messages=self._post.messages,
             exchanged_bytes=self._post.exchanged_bytes,
         )

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from dmil.arrays import Arrays, FloatArray, IntArray
 from dmil.controllers.protocol import RunContext
 from dmil.controllers.rules.phase_choice import PhaseChoice
+from dmil.controllers.rules.shared_lanes import SharedLaneGuard
 from dmil.controllers.tabular.agents import Agents, Prior, agents_of, classes_of
 from dmil.controllers.tabular.announcements import Announcements
 from dmil.controllers.tabular.choice import DRAWS
@@ -127,6 +128,7 @@ class TabularLearner(ABC):
         # What is under way at the end of a run is lost.
         self._answers: dict[int, CentralReply] = {}
         self._announcements = Announcements(context) if self.settings.announced else None
+        self._guard = SharedLaneGuard(context, enabled=self.settings.guard)
         self._longest_queue = None
         if self.settings.unseen == "longest-queue":
             self._longest_queue = PhaseChoice(network, context.timing, hysteresis=0.0)
@@ -163,6 +165,7 @@ class TabularLearner(ABC):
             found_in=self._found_in,
         )
         self._take(step)
+        self._guard.overrule(observation, step.action)
         self._key_before, self._key, self._action = step.key_before, step.key, step.action
         self.epsilon *= settings.epsilon_decay
         if self._communicates:

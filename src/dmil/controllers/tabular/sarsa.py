@@ -83,7 +83,7 @@ class SarsaController(TabularLearner):
             table_entries=int(entries.sum()) / entries.size,
             msize=int(entries.dot(self._phase_count)) / entries.size,
             entries_total=int(sizes.sum()) if self.settings.shared else self._stored_once(sizes),
-            bytes_total=bytes_used(table.rows, table[1:]),
+            bytes_total=bytes_used(table.rows, table[1:]) + self._guard.bytes_total,
             messages=self._post.messages,
             exchanged_bytes=self._post.exchanged_bytes,
         )

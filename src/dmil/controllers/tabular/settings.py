@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from dmil.controllers.parameters import Settings
+from dmil.controllers.parameters import GUARD, Settings
 from dmil.interpretations import mark
 
 LARGEST_CAPACITY = 100_000
@@ -96,6 +96,7 @@ class LearnerSettings(Settings):
     learning: bool = Field(
         default=True, description="Whether it learns; off for a frozen evaluation."
     )
+    guard: bool = Field(default=True, description=GUARD)
     unseen: Literal["random", "longest-queue", "nearest"] = Field(
         default="random",
         description=f"Action in an unseen state: random {mark('unseen')}, that of "

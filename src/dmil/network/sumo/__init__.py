@@ -2,7 +2,7 @@
 
 from dmil.network.sumo.reader import read_sumo_network
 from dmil.network.sumo.records import Remark, SumoNetwork, SumoSignals
-from dmil.network.sumo.writer import WrittenNetwork, write_sumo_network
+from dmil.network.sumo.writer import WrittenNetwork, sumo_lane, write_sumo_network
 
 __all__ = [
     "Remark",
@@ -10,5 +10,6 @@ __all__ = [
     "SumoSignals",
     "WrittenNetwork",
     "read_sumo_network",
+    "sumo_lane",
     "write_sumo_network",
 ]

@@ -102,6 +102,12 @@ def sumo_program(name: str) -> tuple[Path, dict[str, str]]:
     return home / "bin" / name, {**os.environ, "SUMO_HOME": str(home)}
 
 
+def sumo_lane(network: RoadNetwork, movement: Movement, lane: int) -> str:
+    """Return what SUMO calls a lane of a movement in a network that was written (ours)."""
+    names = _Names(network)
+    return f"{names.link[movement.from_link]}_{names.lane(movement, lane)}"
+
+
 class _Names:
     """Ids that SUMO takes, for nodes and links, and the lanes counted from the right."""
 

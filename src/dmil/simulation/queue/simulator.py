@@ -13,6 +13,7 @@ from dmil.demand import Vehicles
 from dmil.errors import InputError
 from dmil.network import RoadNetwork
 from dmil.scenarios import Scenario
+from dmil.simulation.disturbances import first_movement
 from dmil.simulation.measures import Measures
 from dmil.simulation.protocol import Observation
 from dmil.simulation.queue import kernel
@@ -146,6 +147,19 @@ class QueueSimulator:
             self._checked(phases)  # says which is wrong
         self._time_s += steps
         return self._observe(*seen)
+
+    def close_lane(self, link: str, lane: int, until_s: int) -> None:
+        """Let no vehicle leave a lane from now until a time; see `ClosesLanes`.
+
+        Vehicles go on queueing in it, where it is the shortest of theirs, and are counted. A closed
+        lane is one whose next headway is over at that time, so that closing costs the kernel
+        nothing. With a start wave those of them that would move by now do not count as standing.
+        """
+        i, j = first_movement(self.network, link, lane)
+        layout, ready_s = self._layout, self.state.ready_s
+        first = layout.lane_offset[i * layout.signals.served.shape[2] + j]
+        number = layout.lanes[first + self.network.intersections[i].movements[j].lanes.index(lane)]
+        ready_s[number] = max(ready_s[number], float(until_s))
 
     def passed_veh(self) -> npt.NDArray[np.int64]:
         """Return how many vehicles have left the queues of every intersection; see `Simulator`."""

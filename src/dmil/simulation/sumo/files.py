@@ -71,10 +71,15 @@ def run_files(scenario: Scenario, folder: Path) -> RunFiles:
     NetworkError
         If the network cannot be written for SUMO.
     """
-    links, sumo = scenario.network.links, scenario.sumo
+    links, sumo, blocker_s = (
+        scenario.network.links,
+        scenario.sumo,
+        scenario.ignore_junction_blocker_s,
+    )
+    chosen = () if blocker_s is None else (("ignore-junction-blocker", str(blocker_s)),)
     if sumo is None:
         written = write_sumo_network(scenario.network, folder)
-        return RunFiles(written.net_file, written.edges, written.signals)
+        return RunFiles(written.net_file, written.edges, written.signals, further_options=chosen)
     beside = sumo.beside
     additional = {PROGRAMS: sumo.programs_xml, DEFINED: beside.definitions_xml}
     routes = {PERSONS: sumo.persons_xml, BESIDE: beside.vehicles_xml}
@@ -87,7 +92,7 @@ def run_files(scenario: Scenario, folder: Path) -> RunFiles:
         beside=beside,
         additional_files=_written(folder, additional, "additional"),
         further_routes=_written(folder, routes, "routes"),
-        further_options=sumo.options,
+        further_options=(*sumo.options, *chosen),
     )
 
 

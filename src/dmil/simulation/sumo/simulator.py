@@ -10,7 +10,9 @@ import numpy.typing as npt
 from dmil.demand import Vehicles
 from dmil.errors import InputError
 from dmil.network import RoadNetwork
+from dmil.network.sumo import sumo_lane
 from dmil.scenarios import Scenario, signal_times
+from dmil.simulation.disturbances import first_movement
 from dmil.simulation.measures import Measures
 from dmil.simulation.protocol import Observation
 from dmil.simulation.sumo.accounts import Accounts
@@ -211,6 +213,31 @@ class SumoSimulator:
             self._under_way = self._account()
             process.ask("close")  # only then SUMO writes about vehicles that have not arrived
         return self._observe()
+
+    def close_lane(self, link: str, lane: int, until_s: int) -> None:
+        """Let no vehicle leave a lane from now until a time; see `ClosesLanes`.
+
+        The first vehicle is held at the stop line, as one that broke down; those behind it change
+        lanes where they can. (SUMO stops a run in which a route needs a lane that is forbidden, and
+        finds no time lost in one that nobody may drive fast in.)
+
+        Raises
+        ------
+        InputError
+            If no movement of an intersection has such a lane, no run is under way, or the model is
+            mesoscopic.
+        """
+        if self._model == "meso":
+            raise InputError(
+                "the mesoscopic model holds no single vehicle",
+                where=self._scenario.name,
+                expected="the microscopic model where lanes are closed",
+            )
+        process, made = self._running(), self._scenario
+        i, j = first_movement(self.network, link, lane)
+        movement = self.network.intersections[i].movements[j]
+        name = f"{link}_{lane}" if made.sumo else sumo_lane(self.network, movement, lane)
+        process.ask("close_lane", name, self._files.begin_s + until_s)
 
     def passed_veh(self) -> npt.NDArray[np.int64]:
         """Return how many vehicles have crossed each intersection's stop lines; see `Simulator`."""

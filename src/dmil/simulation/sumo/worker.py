@@ -22,6 +22,8 @@ import libsumo
 
 ACTUATED = "dmil-actuated"
 """Id of the actuated program that is made of an intersection's own one."""
+HELD_WITHIN_M = 50.0
+"""In a closed lane the first vehicle is held so far before the stop line at most."""
 SHORTEST_GREEN_S, LONGEST_GREEN_S = 5.0, 50.0
 """Range of a green whose duration the file fixes; netconvert's own for actuated programs."""
 
@@ -32,6 +34,8 @@ class Worker:
     def __init__(self) -> None:
         self._own_program: dict[str, str] = {}
         self._route: dict[str, str] = {}
+        self._closed: dict[str, float] = {}
+        self._held: set[str] = set()
         self._stops = False
         self._meso, self._longest_crossing_m = False, 0.0
         self._flush_outputs: Any = getattr(
@@ -63,13 +67,45 @@ class Worker:
         done = 0
         for second, name, state in switches:
             if done < second < steps:
-                libsumo.simulationStep(begin_s + second)
+                self._simulate(begin_s + second)
                 done = second
             if second < steps:
                 libsumo.trafficlight.setRedYellowGreenState(name, state)
-        libsumo.simulationStep(begin_s + steps)
+        self._simulate(begin_s + steps)
         names = _measured()
         return self.look(names), self.elsewhere(names)
+
+    def close_lane(self, name: str, until_s: float) -> None:
+        """Let no vehicle leave a lane until a time of SUMO's."""
+        self._closed[name] = max(self._closed.get(name, until_s), until_s)
+
+    def _simulate(self, until_s: float) -> None:
+        """Simulate until a time, second by second while lanes are closed."""
+        while self._closed and libsumo.simulation.getTime() < until_s:
+            self._hold(libsumo.simulation.getTime())
+            libsumo.simulationStep()
+        if libsumo.simulation.getTime() < until_s:
+            libsumo.simulationStep(until_s)
+
+    def _hold(self, time_s: float) -> None:
+        """Hold the first vehicle of every closed lane at its stop line, and let others go.
+
+        It brakes as it can; one that has changed lanes, and all when the lane opens, drive on.
+        """
+        vehicle, lanes = libsumo.vehicle, libsumo.lane
+        self._closed = {name: end_s for name, end_s in self._closed.items() if end_s > time_s}
+        first: set[str] = set()
+        for name in self._closed:
+            there = lanes.getLastStepVehicleIDs(name)
+            front = max(there, key=vehicle.getLanePosition, default=None)
+            held_from_m = lanes.getLength(name) - HELD_WITHIN_M
+            if front is not None and vehicle.getLanePosition(front) >= held_from_m:
+                first.add(front)
+        for each in (self._held - first) & set(vehicle.getIDList()):
+            vehicle.setSpeed(each, -1)
+        for each in first - self._held:
+            vehicle.setSpeed(each, 0)
+        self._held = first
 
     def look(self, names: Sequence[str]) -> bytes:
         """Return five rows with a number per vehicle as float64, see `approaches.count_vehicles`.

@@ -12,9 +12,9 @@ import polars as pl
 from numpy.typing import NDArray
 
 from dmil.analysis.panel import RunPanel, Values, check_success, numeric, on_axes
+from dmil.experiments.cells import CITY
 from dmil.results import Results
 from dmil.studies.memories.names import with_cell
-from dmil.studies.memories.plan import CITY
 
 WAIT = "wait_per_spawned_s"
 DIVERGED = "DivergedError"

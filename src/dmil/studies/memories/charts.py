@@ -13,6 +13,7 @@ from typing import Any
 import altair as alt
 import polars as pl
 
+from dmil.reports.contenders import controller_name, dashes, palette
 from dmil.reports.marks import (
     Chart,
     coloured,
@@ -31,10 +32,7 @@ from dmil.studies.memories.names import (
     LONGEST_QUEUE,
     LONGEST_QUEUE_APPROACHING,
     cell_label,
-    controller_name,
-    dashes,
     named,
-    palette,
     ranked,
 )
 from dmil.studies.memories.statements import SUBJECTS

@@ -20,10 +20,11 @@ from dmil.analysis.claims import (
     undecided,
 )
 from dmil.analysis.panel import rows_by
+from dmil.reports.contenders import controller_name
 from dmil.seeding import stream
 from dmil.statistics import paired_difference
 from dmil.studies.memories.arranged import WAIT, Arranged
-from dmil.studies.memories.names import REFERENCES, cell_label, controller_name
+from dmil.studies.memories.names import REFERENCES, cell_label
 from dmil.studies.memories.statements import BARS, Pairs
 
 EVIDENCE = pl.Struct(

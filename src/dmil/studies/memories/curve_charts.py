@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import altair as alt
 import polars as pl
 
+from dmil.reports.contenders import colour_of, controller_name, dashes, palette
 from dmil.reports.marks import (
     Chart,
     coloured,
@@ -20,14 +21,7 @@ from dmil.reports.marks import (
     vertical_at,
 )
 from dmil.reports.theme import FAINT
-from dmil.studies.memories.names import (
-    cell_label,
-    colour_of,
-    controller_name,
-    dashes,
-    named,
-    palette,
-)
+from dmil.studies.memories.names import cell_label, named
 
 _PANEL = (205, 130)
 _ACROSS = 3

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 
 import polars as pl
 
-from dmil.controllers.variants import parse_variant
-from dmil.reports.labels import colour, dash, short_label
-from dmil.studies.memories.plan import CITY, Cell
+from dmil.experiments.cells import CITY, Cell
+from dmil.reports.contenders import controller_name
 
 MAX_PRESSURE = "max-pressure"
 LONGEST_QUEUE = "longest-queue-first"
@@ -23,11 +21,6 @@ REFERENCES: dict[str, str] = {
 }
 """References of paired differences, and the prefixes of their columns. The planner knows all
 arrivals, and runs on one intersection only: the limit there."""
-
-_SHORT = {
-    "approaching=true": " + approaching",
-    "embedding=complex": ", complex classes",
-}
 
 
 def cell_label(name: str) -> str:
@@ -44,33 +37,6 @@ def cell_label(name: str) -> str:
         if not load and not demand:
             return f"{label} ×1"
     return f"{label} ×{load}" if load else label
-
-
-def controller_name(label: str) -> str:
-    """Return a controller as a reader should see it: "longest queue + approaching" (ours)."""
-    name, *options = label.split(",")
-    parts = [_SHORT.get(each, ", " + each.replace("epsilon=0.", "ε .")) for each in options]
-    return "".join([short_label(name), *parts])
-
-
-def colour_of(label: str) -> str:
-    """Return the colour of a controller with its options."""
-    variant = parse_variant(label)
-    return colour(variant.name, [*variant.options, *map(str, variant.options.values())])
-
-
-def palette(labels: Sequence[str]) -> dict[str, str]:
-    """Return the colour of each shown name (ours)."""
-    return {controller_name(label): colour_of(label) for label in labels}
-
-
-def dashes(labels: Sequence[str]) -> dict[str, list[int]]:
-    """Return the dash of each shown name: those with options are dotted (ours)."""
-    found = {}
-    for label in labels:
-        name, _, options = label.partition(",")
-        found[controller_name(label)] = dash(name) if options in ("", "epsilon=0.05") else [2, 2]
-    return found
 
 
 def with_cell(rows: pl.DataFrame) -> pl.DataFrame:

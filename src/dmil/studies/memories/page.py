@@ -9,12 +9,13 @@ import polars as pl
 
 from dmil.analysis.claims import FEWEST_SEEDS, difference_text
 from dmil.analysis.panel import rows_by
+from dmil.experiments.cells import CITY
+from dmil.reports.contenders import controller_name
 from dmil.reports.export import Figure, csv, evidence_csv, latex
 from dmil.reports.html import check_preset, configuration_rows, environment, shared_values
 from dmil.results import Results
 from dmil.studies.memories.figures import DARK, figures_of_study
-from dmil.studies.memories.names import REFERENCES, cell_label, controller_name, ranked
-from dmil.studies.memories.plan import CITY
+from dmil.studies.memories.names import REFERENCES, cell_label, ranked
 from dmil.studies.memories.statements import SUBJECT, SUBJECTS
 from dmil.studies.memories.tables import MemoriesTables, memories_tables
 

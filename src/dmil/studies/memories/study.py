@@ -16,6 +16,7 @@ from dmil.controllers import CONTROLLERS, Controller, make_controller
 from dmil.controllers.registry import make_settings
 from dmil.demand import Vehicles
 from dmil.errors import InputError
+from dmil.experiments.cells import Cell
 from dmil.experiments.checks import check_horizon
 from dmil.experiments.trial import (
     SIMULATOR,
@@ -30,7 +31,6 @@ from dmil.scenarios import Scenario
 from dmil.simulation import QueueSimulator
 from dmil.studies.memories.plan import (
     REFERENCE,
-    Cell,
     MemoriesUnit,
     ablations,
     cells,

@@ -10,8 +10,9 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from dmil.reports.contenders import controller_name
 from dmil.reports.labels import counted
-from dmil.studies.memories.names import REFERENCES, cell_label, controller_name, ranked
+from dmil.studies.memories.names import REFERENCES, cell_label, ranked
 from dmil.studies.memories.statements import SUBJECTS
 from dmil.studies.memories.tables import MemoriesTables, memories_tables
 

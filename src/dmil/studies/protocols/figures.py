@@ -17,7 +17,7 @@ def figures_of_study(tables: ProtocolsTables) -> Iterator[Figure]:
     """Yield the figures that the runs allow (ours)."""
     caption = (
         "Every method under every protocol, in the simulator and by the measure of the protocol: "
-        "methods lie nearer to each other than protocols do."
+        "only points of one row compare."
     )
     yield from drawn_figures([("recipes", "headline", caption, recipes_chart(tables.ours))])
 
@@ -42,7 +42,9 @@ def recipes_chart(ours: pl.DataFrame) -> Chart | None:
         .properties(
             width=420,
             height=alt.Step(18),
-            title=heading("The recipe weighs more than the method", "mean over days"),
+            title=heading(
+                "Methods under their protocols", "mean over resampled days, else the recorded day"
+            ),
         )
     )
     return chart

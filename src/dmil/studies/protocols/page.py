@@ -8,11 +8,14 @@ from typing import Any
 from dmil.analysis.panel import rows_by
 from dmil.reports.export import Figure, csv
 from dmil.reports.html import check_preset, configuration_rows, environment, shared_values
+from dmil.reports.labels import simulator_label
 from dmil.results import Results
+from dmil.results.metrics import METRICS
 from dmil.studies.protocols.figures import figures_of_study
+from dmil.studies.protocols.plan import CITYFLOW
 from dmil.studies.protocols.published import SOURCE
 from dmil.studies.protocols.recipes import PROTOCOLS
-from dmil.studies.protocols.tables import ProtocolsTables, protocols_tables
+from dmil.studies.protocols.tables import METHOD, RULE, ProtocolsTables, protocols_tables
 
 CSV = "ours", "published", "split", "agreement"
 
@@ -44,7 +47,7 @@ class ProtocolsReport:
     def _values(self) -> dict[str, Any]:
         made = self._tables
         configuration = self._results.manifest.get("configuration", {})
-        parts = made.ours.select("preset", "simulator").unique(maintain_order=True)
+        parts = made.ours.select("preset", "simulator", "measure").unique(maintain_order=True)
         seeds = self._results.query("select distinct seed from runs order by seed")
         return {
             "protocols": PROTOCOLS,
@@ -60,7 +63,11 @@ class ProtocolsReport:
             "source": SOURCE,
             "split": made.split.rows(named=True),
             "agreement": made.agreement.rows(named=True),
-            "has_cityflow": configuration.get("cityflow", False),
+            "has_cityflow": CITYFLOW in made.ours["simulator"],
+            "labels": {name: each.label for name, each in METRICS.items()},
+            "simulator_labels": {name: simulator_label(name) for _, name, _ in parts.rows()},
+            "rule": RULE,
+            "method": METHOD,
             "shift_s": configuration.get("shift_s"),
             "seeds": seeds["seed"].to_list(),
             "configuration": configuration_rows(configuration),

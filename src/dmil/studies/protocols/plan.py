@@ -12,14 +12,13 @@ from dmil.controllers.variants import Variant, parse_variant
 from dmil.demand import FileDemand, Vehicles
 from dmil.errors import InputError, unknown_name
 from dmil.network import Intersection, Program
-from dmil.scenarios import Scenario, cityflow_scenario, scenario
-from dmil.scenarios.names import PREFIX, RESCO
+from dmil.scenarios import Scenario, cityflow_scenario
 from dmil.seeding import stream
 from dmil.studies.protocols.recipes import CITIES, PROTOCOLS, Protocol
 from dmil.studies.protocols.rule import NAME
 from dmil.studies.protocols.settings import ProtocolsStudySettings
 
-QUEUE = "queue"
+CITYFLOW, QUEUE = "cityflow", "queue"
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,24 +38,23 @@ def trials(settings: ProtocolsStudySettings, *, cityflow: bool) -> list[Protocol
     Raises
     ------
     InputError
-        There is no such protocol, city or controller.
+        There is no such protocol, city or controller, or nothing can run.
     """
-    found = []
     variants = [parse_variant(text) for text in settings.controllers]
     for name in settings.protocols:
         if name not in PROTOCOLS:
             raise unknown_name("protocol", name, PROTOCOLS, where="protocols")
-        own = PROTOCOLS[name].simulator
-        simulators: list[str] = [own] if own != "cityflow" or cityflow else []
-        simulators += [QUEUE] if settings.queue or not simulators else []
-        found += [
-            ProtocolTrial(name, city, seed, variant, simulator)
-            for city in cities(settings, PROTOCOLS[name])
-            for seed in range(settings.first_seed, settings.first_seed + settings.seeds)
-            for simulator in simulators
-            for variant in variants
-            if variant.name != NAME or simulator == "cityflow"
-        ]
+    simulators = [CITYFLOW] if cityflow else []
+    simulators += [QUEUE] if settings.queue or not cityflow else []
+    found = [
+        ProtocolTrial(name, city, seed, variant, simulator)
+        for name in settings.protocols
+        for city in cities(settings)
+        for seed in range(settings.first_seed, settings.first_seed + settings.seeds)
+        for simulator in simulators
+        for variant in variants
+        if variant.name != NAME or simulator == CITYFLOW
+    ]
     if not found:
         raise InputError(
             "no controller can run",
@@ -66,26 +64,18 @@ def trials(settings: ProtocolsStudySettings, *, cityflow: bool) -> list[Protocol
     return found
 
 
-def cities(settings: ProtocolsStudySettings, protocol: Protocol) -> Sequence[str]:
-    """Return the cities or networks of a protocol; an `InputError` if one is not there."""
-    if protocol.simulator == "sumo":
-        known = [name.removeprefix(PREFIX) for name in RESCO]
-        chosen = [name for name in settings.cities if name in known]
-        arterial = protocol is PROTOCOLS["resco-arterial-5-2"]
-        return chosen or (["arterial4x4"] if arterial else known)
-    chosen = [
-        name for name in settings.cities if name not in [r.removeprefix(PREFIX) for r in RESCO]
-    ]
-    for name in chosen:
+def cities(settings: ProtocolsStudySettings) -> Sequence[str]:
+    """Return the cities, by default all that are there; an `InputError` if one is not there."""
+    for name in settings.cities:
         if name not in CITIES:
             raise unknown_name("city", name, CITIES, where="cities")
-    there = [
-        name for name in chosen or CITIES if all(each.is_file() for each in files(settings, name))
-    ]
-    if not there or len(there) < len(chosen):
-        missing = next((name for name in chosen if name not in there), "JN1")
+    wanted = settings.cities or tuple(CITIES)
+    there = [name for name in wanted if all(each.is_file() for each in files(settings, name))]
+    if not there or (settings.cities and len(there) < len(wanted)):
+        missing = next(name for name in wanted if name not in there)
+        absent = next(each for each in files(settings, missing) if not each.is_file())
         raise InputError(
-            f"city {missing}: there is no file {files(settings, missing)[1]}",
+            f"city {missing}: there is no file {absent}",
             where="data",
             expected="a folder with one folder per city in CityFlow's format",
             mend="give --data DIR, or set DMIL_DATA",
@@ -105,9 +95,6 @@ def files(settings: ProtocolsStudySettings, city: str) -> tuple[Path, Path]:
 
 def build(settings: ProtocolsStudySettings, protocol: Protocol, city: str) -> Scenario:
     """Make the scenario of a city under a protocol (ours)."""
-    if protocol.simulator == "sumo":
-        made = scenario(f"{PREFIX}{city}", horizon_s=settings.horizon_s)
-        return replace(made, timing=protocol.timing)
     made = cityflow_scenario(
         *files(settings, city), horizon_s=settings.horizon_s, timing=protocol.timing, name=city
     )

@@ -1,4 +1,4 @@
-"""Published protocols by name, each an exact recipe, as data."""
+"""Protocols by name, each an exact recipe, as data."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from dataclasses import dataclass
 from typing import Literal
 
 from dmil.scenarios import SignalTiming
-from dmil.scenarios.timing import ClearanceKind
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Protocol:
     """How controllers are judged somewhere; only figures under one protocol compare.
 
+    All run in CityFlow, with the file's all-stop phase as clearance: at the beginning of an
+    interval with a change, inside it.
+
     Parameters
     ----------
-    simulator
-        Where it is run.
-    decision_interval_s, clearance_s, clearance_kind
-        Signal timing; the clearance is at the beginning of an interval with a change, inside it.
+    decision_interval_s, clearance_s
+        Signal timing in s.
     phases
         How many of the file's phases there are, the first ones; None: all.
     begins
@@ -28,21 +28,20 @@ class Protocol:
     unfinished
         What happens to vehicles that have not arrived.
     source
-        Who uses it.
-    reproduced
-        Whether a published rule gives the published figures here.
+        Who uses it, and what of it could not be found out.
+    standing
+        Whether a published rule gives the published figures here (``reproduced``), only parts of
+        the recipe are published (``in part``), or it is ours.
     """
 
-    simulator: Literal["cityflow", "sumo"] = "cityflow"
     decision_interval_s: int
     clearance_s: int
-    clearance_kind: ClearanceKind | None = "all-stop"
     phases: int | None = None
     begins: bool = False
     measure: str
     unfinished: str
     source: str
-    reproduced: bool = False
+    standing: Literal["reproduced", "in part", "ours"]
 
     @property
     def timing(self) -> SignalTiming:
@@ -50,69 +49,55 @@ class Protocol:
         return SignalTiming(
             decision_interval_s=self.decision_interval_s,
             clearance_s=self.clearance_s,
-            clearance_kind=self.clearance_kind,
+            clearance_kind="all-stop",
         )
 
 
 HORIZON_S = 3600
 """Length of a run in all of them: an hour, from second 0 of the file."""
-_AT_LANES = (
-    "on an entering lane at the end: as if it left at the end; outside: not counted",
-    "LLMLight (Lai et al. 2023) and EvoSignal (2026)",
-)
-_SUMO = "up to the end of the run, those that never departed too"
+WHOLE_TRIP, AT_LANES = "travel_time_s", "last_minus_first_s"
+"""Measures: from scheduled departure to arrival; at intersections, as LLMLight counts."""
+LLMLIGHT = "llmlight-30-5-4"
+_ON_LANES = "on an entering lane at the end: 3,600 s less its first entering; outside: not counted"
 
 PROTOCOLS: dict[str, Protocol] = {
-    "llmlight-30-5-4": Protocol(
+    LLMLIGHT: Protocol(
         decision_interval_s=30,
         clearance_s=5,
         phases=4,
         begins=True,
-        measure="last_minus_first_s",
-        unfinished=_AT_LANES[0],
-        source=_AT_LANES[1],
-        reproduced=True,
+        measure=AT_LANES,
+        unfinished=_ON_LANES,
+        source="LLMLight; EvoSignal's tables (2026)",
+        standing="reproduced",
     ),
-    "advanced-15-5-8": Protocol(
+    "advanced-xlight-15-5": Protocol(
         decision_interval_s=15,
         clearance_s=5,
         begins=True,
-        measure="last_minus_first_s",
-        unfinished=_AT_LANES[0],
-        source="Advanced-XLight (Zhang et al. 2022), eight phases",
+        measure=AT_LANES,
+        unfinished=_ON_LANES,
+        source="interval and clearance of Advanced-XLight; the rest as in LLMLight, all phases: "
+        "not verified",
+        standing="in part",
     ),
     "coordlight-5-2": Protocol(
         decision_interval_s=5,
         clearance_s=2,
         begins=True,
-        measure="last_minus_first_s",
-        unfinished=_AT_LANES[0],
-        source="CoordLight (2025); its measure could not be found out",
+        measure=AT_LANES,
+        unfinished=_ON_LANES,
+        source="interval and clearance of CoordLight; its measure could not be found out, "
+        "LLMLight's stands in",
+        standing="in part",
     ),
     "dmil-15-5": Protocol(
         decision_interval_s=15,
         clearance_s=5,
-        measure="travel_time_s",
+        measure=WHOLE_TRIP,
         unfinished="from departure up to the end of the run, those outside too",
         source="ours: the whole trip",
-    ),
-    "resco-10-3": Protocol(
-        simulator="sumo",
-        decision_interval_s=10,
-        clearance_s=3,
-        clearance_kind=None,
-        measure="delay_s",
-        unfinished=_SUMO,
-        source="RESCO (Ault and Sharon 2021)",
-    ),
-    "resco-arterial-5-2": Protocol(
-        simulator="sumo",
-        decision_interval_s=5,
-        clearance_s=2,
-        clearance_kind=None,
-        measure="delay_s",
-        unfinished=_SUMO,
-        source="RESCO's configuration of arterial4x4",
+        standing="ours",
     ),
 }
 """All protocols."""

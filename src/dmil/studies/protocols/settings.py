@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 from dmil.experiments.checks import distinct
 from dmil.scenarios.model import LONGEST_RUN_S
 from dmil.seeding import LARGEST_SEED
-from dmil.studies.protocols.recipes import HORIZON_S
+from dmil.studies.protocols.recipes import HORIZON_S, PROTOCOLS
 from dmil.studies.protocols.rule import NAME
 
 CONTROLLERS = (
@@ -22,7 +22,6 @@ CONTROLLERS = (
     "lookahead",
     "combined",
 )
-CITYFLOW_PROTOCOLS = ("llmlight-30-5-4", "advanced-15-5-8", "coordlight-5-2", "dmil-15-5")
 
 
 class ProtocolsStudySettings(BaseModel):
@@ -31,10 +30,10 @@ class ProtocolsStudySettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     protocols: tuple[str, ...] = Field(
-        CITYFLOW_PROTOCOLS, min_length=1, description="Protocols by name; SUMO's if named."
+        tuple(PROTOCOLS), min_length=1, description="Protocols by name."
     )
     cities: tuple[str, ...] = Field(
-        (), description="Days, such as JN1, or RESCO networks; by default all that are there."
+        (), description="Recorded days by name, such as JN1; by default all there are."
     )
     controllers: tuple[str, ...] = Field(
         CONTROLLERS, min_length=1, description="Controllers, untrained, with options."

@@ -17,7 +17,7 @@ from dmil.scenarios import Scenario
 from dmil.simulation import Simulator, make_simulator
 from dmil.simulation.cityflow import CityflowSimulator
 from dmil.simulation.cityflow.process import has_cityflow
-from dmil.studies.protocols.plan import ProtocolTrial, build, day, trials
+from dmil.studies.protocols.plan import CITYFLOW, ProtocolTrial, build, day, trials
 from dmil.studies.protocols.recipes import PROTOCOLS
 from dmil.studies.protocols.rule import NAME, PublishedMaxPressure
 from dmil.studies.protocols.settings import ProtocolsStudySettings
@@ -73,6 +73,7 @@ def run_trial(settings: ProtocolsStudySettings, trial: ProtocolTrial) -> TrialRe
     identity: Row = columns_of(trial) | {"communication": False}
     result = TrialResult(trial, [], [])
     row = identity | {"study": "protocols", "horizon_s": settings.horizon_s}
+    simulator: Simulator | None = None
     try:
         made = _scenario(settings, trial.preset, trial.scenario)
         simulator = _simulator(made, trial)
@@ -84,11 +85,12 @@ def run_trial(settings: ProtocolsStudySettings, trial: ProtocolTrial) -> TrialRe
         row |= {"intersections": len(made.network.intersections)}
         times = {"decisions": run.decisions, "decide_s": run.decide_s}
         result.timings.append(identity | times)
-        if isinstance(simulator, CityflowSimulator):
-            simulator.close()
     except Exception as error:
         result.runs.append(row | {"status": f"{type(error).__name__}: {error}"})
         return result
+    finally:
+        if isinstance(simulator, CityflowSimulator):
+            simulator.close()
     result.runs.append(row | {"status": "ok"})
     return result
 
@@ -99,7 +101,7 @@ def _scenario(settings: ProtocolsStudySettings, protocol: str, city: str) -> Sce
 
 
 def _simulator(made: Scenario, trial: ProtocolTrial) -> Simulator:
-    if trial.simulator == "cityflow":
+    if trial.simulator == CITYFLOW:
         return CityflowSimulator(made, begins=PROTOCOLS[trial.preset].begins)
     return make_simulator(made, trial.simulator)
 

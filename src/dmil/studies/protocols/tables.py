@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,18 +10,33 @@ import numpy as np
 import polars as pl
 
 from dmil.analysis.panel import check_success
+from dmil.controllers import RECOMMENDED
 from dmil.results import Results
 from dmil.seeding import stream
 from dmil.statistics import mean_interval
+from dmil.studies.protocols.plan import CITYFLOW, QUEUE
 from dmil.studies.protocols.published import COUNTERPART, PUBLISHED
-from dmil.studies.protocols.recipes import PROTOCOLS
+from dmil.studies.protocols.recipes import AT_LANES, LLMLIGHT, PROTOCOLS, WHOLE_TRIP
 from dmil.studies.protocols.rule import NAME
 
-BASE = "llmlight-30-5-4"
-"""Protocol that differences between recipes start from."""
-WHOLE_TRIP, AT_LANES = "travel_time_s", "last_minus_first_s"
-RULES = ("max-pressure", NAME)
+RULE, METHOD = NAME, RECOMMENDED
+"""What a difference of methods is taken between; both fixed before the runs."""
 KEYS = ["preset", "scenario", "simulator", "controller"]
+_TEXTS = dict.fromkeys(("preset", "scenario"), pl.String)
+_OURS: dict[str, Any] = (
+    dict.fromkeys((*KEYS, "measure"), pl.String)
+    | {"same_recipe": pl.Boolean, "recorded_s": pl.Float64, "days": pl.Int64}
+    | dict.fromkeys(("mean_s", "low_s", "high_s"), pl.Float64)
+)
+_PUBLISHED: dict[str, Any] = (
+    _TEXTS | {"method": pl.String} | dict.fromkeys(("published_s", "ours_s"), pl.Float64)
+)
+_SPLIT: dict[str, Any] = _TEXTS | dict.fromkeys(
+    ("method_s", "interval_and_phases_s", "measure_s"), pl.Float64
+)
+_AGREEMENT: dict[str, Any] = (
+    _TEXTS | {"controllers": pl.Int64} | dict.fromkeys(("error_pct", "tau"), pl.Float64)
+)
 
 
 @dataclass(frozen=True)
@@ -36,7 +51,8 @@ class ProtocolsTables:
     published: pl.DataFrame
         Published figures, and ours of the same rule where there is one.
     split: pl.DataFrame
-        What of a gain comes from method, from interval and phases, and from the measure.
+        Three differences, each with all else equal: of methods, of interval and phases, of
+        measures.
     agreement: pl.DataFrame
         The queue simulator against CityFlow by whole-trip travel time: error and Kendall's τ.
     """
@@ -57,7 +73,11 @@ def protocols_tables(results: Results) -> ProtocolsTables:
     """
     runs = results.query("select * from runs")
     check_success(runs, results)
-    runs = runs.filter(pl.col("status") == "ok")
+    return tables_of_runs(runs.filter(pl.col("status") == "ok"))
+
+
+def tables_of_runs(runs: pl.DataFrame) -> ProtocolsTables:
+    """Make all tables of runs that succeeded (ours)."""
     ours = _ours(runs)
     return ProtocolsTables(ours, _published(ours), _split(runs), _agreement(runs))
 
@@ -65,104 +85,92 @@ def protocols_tables(results: Results) -> ProtocolsTables:
 def _ours(runs: pl.DataFrame) -> pl.DataFrame:
     rng, rows = stream(0, "bootstrap", "protocols"), []
     for key, group in runs.group_by(KEYS, maintain_order=True):
-        protocol, simulator = str(key[0]), str(key[2])
-        wanted = PROTOCOLS[protocol].measure
+        wanted = PROTOCOLS[str(key[0])].measure
         # The queue simulator does not know lanes: there the whole trip stands in.
         measure = wanted if group[wanted].null_count() == 0 else WHOLE_TRIP
         recorded = group.filter(pl.col("seed") == 0)[measure].to_list()
         others = group.filter(pl.col("seed") > 0)[measure].to_numpy()
         row: dict[str, Any] = dict(zip(KEYS, key, strict=True)) | {
             "measure": measure,
-            "same_recipe": simulator == PROTOCOLS[protocol].simulator,
+            "same_recipe": key[2] == CITYFLOW,
             "recorded_s": recorded[0] if recorded else None,
             "days": len(others),
-            "mean_s": None,
-            "low_s": None,
-            "high_s": None,
         }
         if len(others):
+            row["mean_s"] = float(others.mean())
+        if len(others) > 1:
             found = mean_interval(others.reshape(-1, 1), rng)
-            row["mean_s"] = float(found.value[0])
-            if len(others) > 1:
-                row |= {"low_s": float(found.low[0]), "high_s": float(found.high[0])}
-        rows.append(row)
-    return pl.DataFrame(rows, infer_schema_length=None)
+            row |= {"low_s": float(found.low[0]), "high_s": float(found.high[0])}
+        rows.append(dict.fromkeys(_OURS) | row)
+    return pl.DataFrame(rows, schema=_OURS)
 
 
 def _published(ours: pl.DataFrame) -> pl.DataFrame:
-    rows = []
-    for (protocol, method), figures in PUBLISHED.items():
-        for city, value in figures.items():
-            own = ours.filter(
-                (pl.col("preset") == protocol)
-                & (pl.col("scenario") == city)
-                & (pl.col("controller") == COUNTERPART.get(method, ""))
-                & pl.col("same_recipe")
-            )["recorded_s"].to_list()
-            rows.append(
-                {
-                    "preset": protocol,
-                    "scenario": city,
-                    "method": method,
-                    "published_s": value,
-                    "ours_s": own[0] if own else None,
-                }
-            )
-    return pl.DataFrame(rows, infer_schema_length=None)
+    same = ours.filter("same_recipe")
+    figures = {
+        (row["preset"], row["scenario"], row["controller"]): row["recorded_s"]
+        for row in same.iter_rows(named=True)
+    }
+    rows = [
+        {
+            "preset": protocol,
+            "scenario": city,
+            "method": method,
+            "published_s": value,
+            "ours_s": figures.get((protocol, city, COUNTERPART.get(method, ""))),
+        }
+        for (protocol, method), of_cities in PUBLISHED.items()
+        for city, value in of_cities.items()
+        if not same.filter(preset=protocol, scenario=city).is_empty()
+    ]
+    return pl.DataFrame(rows, schema=_PUBLISHED)
 
 
 def _split(runs: pl.DataFrame) -> pl.DataFrame:
-    """Take three differences of means over days, each with all else equal."""
-    lanes = runs.filter(pl.col(AT_LANES).is_not_null() & (pl.col("controller") != NAME))
-    means = lanes.group_by("preset", "scenario", "controller", maintain_order=True).agg(
-        pl.col(AT_LANES).mean(), pl.col(WHOLE_TRIP).mean()
+    means = (
+        runs.filter(pl.col("simulator") == CITYFLOW)
+        .group_by("preset", "scenario", "controller", maintain_order=True)
+        .agg(pl.col(AT_LANES).mean(), pl.col(WHOLE_TRIP).mean())
     )
     known = {(r["preset"], r["scenario"], r["controller"]): r for r in means.iter_rows(named=True)}
-    rows = []
-    for (protocol, city, controller), rule in known.items():
-        if controller != "max-pressure":
-            continue
-        base = known.get((BASE, city, controller))
-        here = means.filter((pl.col("preset") == protocol) & (pl.col("scenario") == city))
-        best = here.sort(AT_LANES)
-        rows.append(
-            {
-                "preset": protocol,
-                "scenario": city,
-                "best": best["controller"][0],
-                "method_s": best[AT_LANES][0] - rule[AT_LANES],
-                "interval_and_phases_s": rule[AT_LANES] - base[AT_LANES] if base else None,
-                "measure_s": rule[AT_LANES] - rule[WHOLE_TRIP],
-            }
-        )
-    schema = {"preset": pl.String, "scenario": pl.String, "best": pl.String} | dict.fromkeys(
-        ("method_s", "interval_and_phases_s", "measure_s"), pl.Float64
-    )
-    return pl.DataFrame(rows, schema=schema)
+    rows = [
+        {
+            "preset": protocol,
+            "scenario": city,
+            "method_s": _less(known.get((protocol, city, METHOD)), rule),
+            "interval_and_phases_s": _less(rule, known.get((LLMLIGHT, city, RULE))),
+            "measure_s": rule[AT_LANES] - rule[WHOLE_TRIP],
+        }
+        for (protocol, city, controller), rule in known.items()
+        if controller == RULE
+    ]
+    return pl.DataFrame(rows, schema=_SPLIT)
+
+
+def _less(one: Mapping[str, Any] | None, other: Mapping[str, Any] | None) -> float | None:
+    return None if one is None or other is None else float(one[AT_LANES] - other[AT_LANES])
 
 
 def _agreement(runs: pl.DataFrame) -> pl.DataFrame:
     means = runs.group_by(KEYS, maintain_order=True).agg(pl.col(WHOLE_TRIP).mean())
-    queue = means.filter(pl.col("simulator") == "queue").drop("simulator")
-    judged = means.filter(pl.col("simulator") != "queue").drop("simulator")
-    pairs = judged.join(queue, on=["preset", "scenario", "controller"], suffix="_queue")
+    queue, judged = (
+        means.filter(pl.col("simulator") == name).drop("simulator") for name in (QUEUE, CITYFLOW)
+    )
+    # Both in the order of the runs, so that the bytes do not depend on a hash.
+    pairs = judged.join(queue, on=KEYS[:2] + KEYS[3:], suffix="_queue", maintain_order="left")
     rows = []
     for (protocol, city), group in pairs.group_by("preset", "scenario", maintain_order=True):
-        ratio = (group[f"{WHOLE_TRIP}_queue"] / group[WHOLE_TRIP]).median()
-        assert isinstance(ratio, float)
+        ratios = (group[f"{WHOLE_TRIP}_queue"] / group[WHOLE_TRIP]).to_numpy()
         rows.append(
             {
                 "preset": protocol,
                 "scenario": city,
                 "controllers": group.height,
-                "error_pct": 100 * (ratio - 1),
+                "error_pct": 100 * (float(np.median(ratios)) - 1),
                 "tau": _tau(group[WHOLE_TRIP].to_list(), group[f"{WHOLE_TRIP}_queue"].to_list()),
             }
         )
-    schema = {"preset": pl.String, "scenario": pl.String, "controllers": pl.Int64} | dict.fromkeys(
-        ("error_pct", "tau"), pl.Float64
-    )
-    return pl.DataFrame(rows, schema=schema)
+    return pl.DataFrame(rows, schema=_AGREEMENT)
 
 
 def _tau(one: Sequence[float], other: Sequence[float]) -> float | None:

@@ -12,7 +12,8 @@ from rich.text import Text
 
 from dmil.analysis.panel import rows_by
 from dmil.reports.labels import controller_label, simulator_label
-from dmil.studies.protocols.recipes import PROTOCOLS
+from dmil.results.metrics import METRICS
+from dmil.studies.protocols.plan import CITYFLOW
 from dmil.studies.protocols.tables import ProtocolsTables, protocols_tables
 
 tables_of = protocols_tables
@@ -22,11 +23,11 @@ def in_terminal(tables: ProtocolsTables) -> list[Group | list[Text]]:
     """Return the parts that are shown, lines of text as lists."""
     parts = tables.ours.select("preset", "simulator").unique(maintain_order=True)
     shown: list[Group | list[Text]] = [_table(tables, *part) for part in parts.rows()]
-    left_out = {name for name, _ in parts.rows()} - {
-        name for name, simulator in parts.rows() if simulator == PROTOCOLS[name].simulator
-    }
-    if left_out:
-        text = "CityFlow is not installed: its protocols ran in the queue simulator only."
+    if CITYFLOW not in parts["simulator"]:
+        text = (
+            "CityFlow's module is not installed: all ran in the queue simulator, by the whole "
+            "trip, and no published figure compares."
+        )
         shown.append([Text(text, "yellow")])
     return shown
 
@@ -48,8 +49,8 @@ def _table(tables: ProtocolsTables, protocol: str, simulator: str) -> Group:
     for name in ours["controller"].unique(maintain_order=True):
         cells = [_cell(found.get((name, city))) for city in cities]
         table.add_row(controller_label(name), *cells)
-    if simulator == PROTOCOLS[protocol].simulator:
-        known = tables.published.filter(pl.col("preset") == protocol)
+    known = tables.published.filter(pl.col("preset") == protocol)
+    if simulator == CITYFLOW and not known.is_empty():
         figures = rows_by(known, "method", "scenario")
         table.add_section()
         for method in known["method"].unique(maintain_order=True):
@@ -57,18 +58,19 @@ def _table(tables: ProtocolsTables, protocol: str, simulator: str) -> Group:
             texts = [f"{row['published_s']:.1f}" if row else "–" for row in rows]
             table.add_row(f"published {method}", *texts, style="dim")
     measure = ours["measure"][0]
-    title = Text(f"{protocol} in {simulator_label(simulator)}: {measure}", "italic")
-    return Group(
-        title, table, Text("Recorded day; other days' mean ± half of its interval.", "dim")
+    title = Text(
+        f"{protocol} in {simulator_label(simulator)}: {METRICS[measure].label}, s", "italic"
     )
+    note = "Recorded day; below it the mean of other days ± half of its 95 % interval."
+    return Group(title, table, Text(note, "dim"))
 
 
 def _cell(row: dict[str, Any] | None) -> str:
     if row is None:
         return "–"
-    text = "–" if row["recorded_s"] is None else f"{row['recorded_s']:.1f}"
+    text = "" if row["recorded_s"] is None else f"{row['recorded_s']:.1f}"
     if row["mean_s"] is not None:
-        text += f"\n{row['mean_s']:.1f}"
+        text += ("\n" if text else "") + f"{row['mean_s']:.1f}"
         if row["low_s"] is not None:
             text += f" ±{(row['high_s'] - row['low_s']) / 2:.1f}"
     return text

@@ -13,7 +13,6 @@ import polars as pl
 
 from dmil.reports.labels import colours_by_label, contender_label, network_label, simulator_label
 from dmil.reports.marks import (
-    INTERVAL,
     Chart,
     coloured,
     diamonds,
@@ -24,18 +23,20 @@ from dmil.reports.marks import (
     tips,
     values,
 )
-from dmil.reports.theme import FAINT, SIMULATOR_COLOURS, colours
+from dmil.reports.theme import FAINT, INK, SIMULATOR_COLOURS, colours
 from dmil.studies.resco.agreement import AFTER, BEFORE
 from dmil.studies.resco.published import METRIC
 
-SUFFIX = " + comm."
+SUFFIX, APPROACHING = " + comm.", " + approaching"
 DELAY = "average delay (s)"
 _ALL = "all networks"
 _SHAPES = {
     "own program": "square",
     "actuated": "square",
     "longest queue first": "triangle-up",
+    "longest queue first + approaching": "triangle-right",
     "max-pressure": "triangle-down",
+    "max-pressure + approaching": "triangle-left",
     "random": "cross",
 }
 
@@ -49,8 +50,9 @@ def labelled(table: pl.DataFrame) -> pl.DataFrame:
 
 
 def contender_colours(names: Sequence[str]) -> list[str]:
-    """Return the colour of each label; communication does not change it (ours)."""
-    return colours([name.removesuffix(SUFFIX) for name in names], colours_by_label())
+    """Return the colour of each label; what is added by + does not change it (ours)."""
+    plain = [name.removesuffix(SUFFIX).removesuffix(APPROACHING) for name in names]
+    return colours(plain, colours_by_label())
 
 
 def contender_marks(names: Sequence[str]) -> tuple[alt.Color, alt.Shape]:
@@ -75,18 +77,28 @@ def hollow(chart: alt.Chart) -> alt.Chart:
 
 def delays(headline: pl.DataFrame, simulator: str) -> Chart | None:
     """Draw the delay of every controller on every network, published numbers as diamonds."""
-    data = labelled(headline).filter(pl.col("mean") > 0)
+    data = labelled(headline).filter(pl.col("iqm") > 0)
     if data.is_empty():
         return None
-    kept = data.select("label", "network", *INTERVAL, "published_s")
+    middle = {"mean": "iqm", "low": "iqm_low", "high": "iqm_high"}
+    kept = data.select("label", "network", "n", "median", "published_s", **middle)
     names = kept["label"].unique(maintain_order=True).to_list()
     networks = kept["network"].unique(maintain_order=True).to_list()
     y = alt.Y("label:N", title=None, sort=names, axis=alt.Axis(grid=True, labelLimit=200))
     colour = coloured("label", names, contender_colours(names))
     layers = dots(y, colour, format=".1f", x=partial(log_field, alt.X, title=DELAY))
+    medians = (
+        alt.Chart()
+        .mark_tick(thickness=1.4, height=9, color=INK)
+        .encode(
+            x=log_field(alt.X, "median:Q", DELAY),
+            y=y,
+            tooltip=[alt.Tooltip("median:Q", title="median (s)", format=".1f")],
+        )
+    )
     published = diamonds("published_s", y, "published (s)", 60)
     chart: Chart = (
-        alt.layer(*layers, published)
+        alt.layer(*layers, medians, published)
         .properties(width=150, height=15 * len(names))
         .facet(
             facet=alt.Facet("network:N", sort=networks, header=alt.Header(title=None)),
@@ -97,7 +109,47 @@ def delays(headline: pl.DataFrame, simulator: str) -> Chart | None:
         .properties(
             title=heading(
                 f"Average delay in {simulator_label(simulator)} (dots) and as published (diamonds)",
-                "mean and 95 % interval over seeds; log scale; lower is better",
+                "interquartile mean and 95 % interval over seeds, ticks: medians; log scale",
+            )
+        )
+    )
+    return chart
+
+
+def locked_runs(locks: pl.DataFrame) -> Chart | None:
+    """Draw the share of runs in which a junction locked, where it did under anybody."""
+    data = labelled(locks)
+    some = data.group_by("network").agg(pl.col("locked").sum()).filter(pl.col("locked") > 0)
+    data = data.filter(pl.col("network").is_in(some["network"].to_list()))
+    if data.is_empty():
+        return None
+    kept = data.select(
+        "label",
+        "network",
+        "n",
+        "locked",
+        "low",
+        "high",
+        mean="share",
+        name=pl.Series([simulator_label(name) for name in data["simulator"]]),
+    )
+    names = kept["label"].unique(maintain_order=True).to_list()
+    order = kept["name"].unique(maintain_order=True).to_list()
+    y = alt.Y("label:N", title=None, sort=names, axis=alt.Axis(grid=True, labelLimit=200))
+    colour = coloured("name", order, SIMULATOR_COLOURS, alt.Legend(title=None, orient="bottom"))
+    layers = dots(y, colour, "share of runs", alt.YOffset("name:N", sort=order), ".2f")
+    chart: Chart = (
+        alt.layer(*layers)
+        .properties(width=210, height=alt.Step(8))
+        .facet(
+            facet=alt.Facet("network:N", header=alt.Header(title=None)),
+            columns=3,
+            data=values(kept),
+        )
+        .properties(
+            title=heading(
+                "Runs in which a junction locked",
+                "share of seeds, 95 % interval (Wilson); networks without a lock are left out",
             )
         )
     )

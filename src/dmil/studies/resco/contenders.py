@@ -19,16 +19,21 @@ from dmil.analysis.panel import (
     ordered,
 )
 from dmil.results import Results
-from dmil.studies.resco.plan import BASELINES, LEARNERS
+from dmil.studies.resco.plan import DEEP, LEARNERS, UNTRAINED
+from dmil.studies.resco.settings import UNBLOCKED
 
 #: Columns that tell contenders apart.
 CONTENDER: tuple[str, ...] = ("controller", "embedding", "communication", "reward", "epsilon")
 
-JUDGES = ("sumo", "sumo-meso")
+JUDGES = ("sumo", "sumo-meso", UNBLOCKED)
 QUEUES = ("queue", "queue-calibrated")
 SIMULATOR_ORDER = (*JUDGES, "queue-calibrated", "queue")
 REFERENCE = "max-pressure"
-CONTROLLER_ORDER = (*BASELINES, *dict.fromkeys(name for name, *_ in LEARNERS))
+CONTROLLER_ORDER = (
+    *(each.label for each in UNTRAINED),
+    *dict.fromkeys(name for name, *_ in LEARNERS),
+    DEEP,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,11 +56,11 @@ class RescoContender:
 
 
 def contender_names(contenders: Sequence[RescoContender]) -> list[str]:
-    """Return a short name for each, with reward and ε only where they differ (ours)."""
-    rewards = {each.reward for each in contenders if each.learns}
-    epsilons = {each.epsilon for each in contenders if each.learns}
+    """Return a short name for each, with reward and ε only where a controller has several."""
     names = []
     for each in contenders:
+        alike = [one for one in contenders if one.controller == each.controller and one.learns]
+        rewards, epsilons = ({getattr(one, of) for one in alike} for of in ("reward", "epsilon"))
         parts = [each.controller] if each.embedding is None else [each.controller, each.embedding]
         if each.communication:
             parts.append("+ communication")
@@ -71,11 +76,11 @@ def contender_names(contenders: Sequence[RescoContender]) -> list[str]:
 class Judged(RunPanel):
     """All successful runs; the axes are ``simulator``, ``scenario``, ``contender`` and ``seed``.
 
-    ``names`` are those of the contenders, ``trained_in`` the simulator of the learners' training.
+    ``names`` are those of the contenders, ``trained_in`` the simulators that learners trained in.
     """
 
     names: tuple[str, ...]
-    trained_in: str | None
+    trained_in: tuple[str, ...]
 
     @property
     def contenders(self) -> Sequence[RescoContender]:
@@ -141,7 +146,7 @@ def judged(results: Results) -> Judged:
         axes=axes,
         measures={name: array(name) for name in numeric(runs, but=(*CONTENDER, "seed"))},
         names=tuple(contender_names(axes["contender"])),
-        trained_in=", ".join(runs["trained_in"].drop_nulls().unique().sort()) or None,
+        trained_in=tuple(runs["trained_in"].drop_nulls().unique().sort()),
     )
 
 

@@ -10,6 +10,7 @@ from dmil.reports.export import Drawn, Figure, drawn_figures, slug
 from dmil.reports.labels import simulator_label
 from dmil.results import Results
 from dmil.studies.resco import charts, network_charts
+from dmil.studies.resco.contenders import JUDGES
 from dmil.studies.resco.published import METRIC
 from dmil.studies.resco.tables import (
     RescoTables,
@@ -30,9 +31,17 @@ def figures_of_study(tables: RescoTables) -> Iterator[Figure]:
         (
             "delays",
             "headline",
-            f"Every controller, frozen and greedy, in {simulator_label(judge)}. Dots: mean over "
-            "seeds and 95 % interval. Diamonds: published values for the same kind of controller.",
+            f"Every controller, learners frozen and greedy, in {simulator_label(judge)}. Dots: "
+            "interquartile mean over seeds and 95 % interval; ticks: median. Diamonds: published "
+            "values for the same kind of controller.",
             charts.delays(tables.headline, judge),
+        ),
+        (
+            "locks",
+            "locks",
+            "Share of runs in which a junction locked. In the second protocol a vehicle that has "
+            "stood on a junction for 10 s blocks nobody any more.",
+            charts.locked_runs(tables.locks),
         ),
         (
             "simulators",
@@ -64,7 +73,6 @@ def figures_of_network(results: Results, tables: RescoTables, scenario: str) -> 
     """Yield the figures of one network's page that the runs allow (ours)."""
     runs = tables.judged
     curves = learning_curves(results, runs, scenario)
-    trained_in = runs.trained_in or ""
     drawn: list[Drawn] = [
         (
             "delay_by_simulator",
@@ -72,15 +80,21 @@ def figures_of_network(results: Results, tables: RescoTables, scenario: str) -> 
             "Every controller, frozen and greedy, on the same vehicles in all simulators.",
             network_charts.delay_by_simulator(tables.scores, scenario),
         ),
-        (
-            "training",
-            "training",
-            "Average delay of the training episodes, in the simulator that learners train in. "
-            "Level lines: max-pressure there, and the best episode of the best published "
-            "learner, which was in SUMO.",
-            network_charts.training_curves(
-                curves, scenario, _rules(tables, scenario, trained_in), trained_in
-            ),
+        *(
+            (
+                "training" if trained_in not in JUDGES else "training_in_sumo",
+                "training",
+                f"Average delay of the training episodes in {simulator_label(trained_in)}. Level "
+                "lines: max-pressure there, and the best episode of the best published learner, "
+                "which was in SUMO.",
+                network_charts.training_curves(
+                    curves.filter(pl.col("trained_in") == trained_in),
+                    scenario,
+                    _rules(tables, scenario, trained_in),
+                    trained_in,
+                ),
+            )
+            for trained_in in runs.trained_in
         ),
         (
             "queues",

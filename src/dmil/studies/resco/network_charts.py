@@ -34,6 +34,7 @@ from dmil.reports.marks import (
 )
 from dmil.reports.theme import FAINT, INK, SIMULATOR_COLOURS, colours
 from dmil.studies.resco.charts import (
+    APPROACHING,
     DELAY,
     SUFFIX,
     contender_colours,
@@ -184,5 +185,8 @@ def delay_and_memory(scores: pl.DataFrame, scenario: str, judge: str) -> Chart |
 
 def dashes(names: list[str]) -> dict[str, list[int]]:
     """Return a dash for each label: the rules' own, long for communication (ours)."""
-    own = dashes_by_label()
-    return {name: [7, 3] if SUFFIX in name else own.get(name, [1, 0]) for name in names}
+    own, added = dashes_by_label(), {SUFFIX: [7, 3], APPROACHING: [2, 2]}
+    return {
+        name: next((dash for end, dash in added.items() if end in name), own.get(name, [1, 0]))
+        for name in names
+    }

@@ -26,6 +26,7 @@ from dmil.studies.resco.published import (
     published_by,
     published_learners,
 )
+from dmil.studies.resco.settings import UNBLOCKED
 from dmil.studies.resco.tables import RescoTables, published_table, resco_tables
 
 PRESET = "resco"
@@ -51,7 +52,8 @@ class RescoReport:
     def tables(self) -> dict[str, str | bytes]:
         """Return the tables' files by name."""
         made = self._tables
-        own = {name: getattr(made, name) for name in ("overall", "training", "agreement")}
+        parts = ("overall", "locks", "training", "agreement")
+        own = {name: getattr(made, name) for name in parts}
         own |= {"delay": made.headline, "metrics": made.scores, "published": published_table()}
         return {
             **{f"tables/{name}.csv": csv(table) for name, table in own.items()},
@@ -116,7 +118,7 @@ class RescoReport:
         return shared_values(self._results, figures) | {
             "judge": runs.judge,
             "in_sumo": runs.judge in JUDGES,
-            "trained_in": runs.trained_in,
+            "trained_in": " and ".join(map(simulator_label, runs.trained_in)),
             "simulators": runs.simulators,
             "seeds": runs.seeds,
             "few_seeds": FEW_SEEDS,
@@ -138,6 +140,15 @@ class RescoReport:
         return {
             "resample": configuration.get("resample", False),
             "delays": rows_by(made.headline, "contender", "scenario"),
+            "locks": rows_by(made.locks, "contender", "scenario", "simulator"),
+            "protocols": made.locks["simulator"].unique(maintain_order=True).to_list(),
+            "unblocked": rows_by(
+                made.scores.filter(
+                    (pl.col("metric") == METRIC) & (pl.col("simulator") == UNBLOCKED)
+                ),
+                "contender",
+                "scenario",
+            ),
             "training": rows_by(made.training, "contender", "scenario"),
             "overall": made.overall.filter(judged).rows(named=True),
             "agreement": rows_by(made.agreement, "metric", "scenario", "simulator"),
@@ -164,6 +175,9 @@ class RescoReport:
             "columns": {name: METRICS[name] for name in NETWORK_PAGE if name in present},
             "metrics": rows_by(here, "contender", "simulator", "metric"),
             "metric": METRIC,
+            "locks": rows_by(
+                made.locks.filter(pl.col("scenario") == scenario), "contender", "simulator"
+            ),
             "training": rows_by(training, "contender", "trained_in"),
         }
 
@@ -178,7 +192,7 @@ REPORT = RescoReport
 
 
 def delay_latex(headline: pl.DataFrame, judge: str) -> str:
-    r"""Return controllers by networks as a LaTeX tabular: mean and interval of the delay.
+    r"""Return controllers by networks as a LaTeX tabular: the delay's median, interquartile mean.
 
     An asterisk marks those that are not shown to be worse than the best.
     """
@@ -195,7 +209,8 @@ def delay_latex(headline: pl.DataFrame, judge: str) -> str:
         if any(name in values for values in known.values())
     ]
     notes = (
-        f"average delay in s in {simulator_label(judge)}: mean [95 % interval over seeds];",
+        f"average delay in s in {simulator_label(judge)}: median over seeds, interquartile mean "
+        "[95 % interval];",
         "* not shown to be worse than the best (paired interval);",
         f"published: best training episode (mean of the last 10), {SOURCE}",
     )
@@ -242,7 +257,8 @@ def _entry(row: Mapping[str, Any] | None) -> str:
     if row is None:
         return "--"
     mark = r"$^{*}$" if row["among_best"] else ""
-    return f"{row['mean']:.1f}{mark}{_ends(row['low'], row['high'], 1)}"
+    middle = f"{row['iqm']:.1f}{_ends(row['iqm_low'], row['iqm_high'], 1)}"
+    return f"{row['median']:.1f}{mark}, {middle}"
 
 
 def _agreement(row: Mapping[str, Any] | None) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, ClassVar
@@ -17,6 +17,7 @@ from dmil.experiments.contender import frozen_copy
 from dmil.experiments.trial import (
     Row,
     TrialResult,
+    columns_of,
     measures_row,
 )
 from dmil.parallel import Executor
@@ -26,11 +27,18 @@ from dmil.scenarios.calibration import load_calibration
 from dmil.scenarios.demand_changes import resampled
 from dmil.simulation import Simulator, make_simulator
 from dmil.simulation.sumo.process import require_sumo
-from dmil.studies.resco.plan import ContenderUnit, units
-from dmil.studies.resco.settings import CALIBRATED, NETWORKS, RescoStudySettings
+from dmil.studies.resco.plan import DEEP, ContenderUnit, units
+from dmil.studies.resco.settings import (
+    BLOCKER_S,
+    CALIBRATED,
+    NETWORKS,
+    UNBLOCKED,
+    RescoStudySettings,
+)
 from dmil.training import evaluate, train, vehicles_of_seed
 from dmil.training.calibration import calibrate
 from dmil.training.episodes import EpisodeRecorder
+from dmil.training.flow import FlowRecorder, locks_of
 from dmil.training.recording import series_rows
 
 CALIBRATION_SEED = 1_000_003
@@ -42,8 +50,8 @@ class RescoStudy:
     """The study on the RESCO benchmark, as `dmil.experiments.study.run_study` runs it (ours).
 
     First the queue simulator of every network is calibrated by one run of SUMO. Then every learner
-    is trained, and every controller is evaluated in SUMO and in the queue simulator with and
-    without calibration, on the same vehicles in a seed.
+    is trained, and every controller is evaluated in SUMO, where junctions can lock and where they
+    cannot, and in the queue simulator with and without calibration, on the same vehicles in a seed.
 
     Parameters
     ----------
@@ -66,12 +74,15 @@ class RescoStudy:
         """
         settings = self.settings
         require_sumo()
-        for name in settings.scenarios:
+        for name in (*settings.scenarios, *settings.lock_scenarios, *settings.deep_scenarios):
             if name not in NETWORKS:
                 raise unknown_name("network of RESCO", name, NETWORKS)
         made = study_scenario(f"resco/{settings.scenarios[0]}", settings.horizon_s)
         check_horizon(made.horizon_s, made.timing.decision_interval_s)
         make_reward(settings.reward)
+        if settings.deep:
+            make_reward(settings.deep_reward)
+            make_controller(DEEP)  # says so if torch is missing
 
     def configuration(self) -> dict[str, Any]:
         """Return all settings."""
@@ -102,36 +113,46 @@ def run_unit(settings: RescoStudySettings, folder: str, unit: ContenderUnit) -> 
     The calibrations of its networks are in the folder.
     """
     made = study_scenario(unit.scenario, settings.horizon_s)
-    identity: Row = asdict(unit) | {
-        "reward": settings.reward if unit.learns else None,
-        "epsilon": _options(settings, unit)["epsilon"] if unit.learns else None,
+    chosen, reward = _trained(settings, unit, made)
+    identity: Row = columns_of(unit) | {
+        "reward": reward if unit.trains else None,
+        "epsilon": _first_epsilon(chosen) if unit.trains else None,
     }
-    trained_in = settings.training_simulator if unit.learns else None
+    trained_in = _training_simulator(settings, unit) if unit.trains else None
     row: Row = identity | {
         "study": "resco",
         "horizon_s": made.horizon_s,
+        "intersections": len(made.network.intersections),
         "trained_in": trained_in,
-        "training_s": made.horizon_s * settings.episodes if unit.learns else None,
+        "training_s": made.horizon_s * settings.episodes if unit.trains else None,
     }
     result = TrialResult(unit, [], [])
+    places: list[Row] = [
+        {"simulator": name, "seed": seed}
+        for seed in unit.test_seeds(settings)
+        for name in unit.simulators(settings)
+    ]
     try:
-        controller, episodes = _ready(settings, folder, unit, made)
+        make, episodes = _ready(settings, folder, unit, made, chosen, reward)
     except Exception as error:
         status = f"training: {type(error).__name__}: {error}"
-        for name in unit.simulators(settings):
-            result.runs.append(row | {"simulator": name, "status": status})
+        result.runs.extend(row | here | {"status": status} for here in places)
         return result
     result.episodes.extend(identity | {"trained_in": trained_in} | row for row in episodes)
-    vehicles = vehicles_of_seed(_day(settings, made), unit.seed)
-    for name in unit.simulators(settings):
-        here: Row = {"simulator": name}
+    day, recorder = _day(settings, made), FlowRecorder()
+    for here in places:
+        vehicles, seed = vehicles_of_seed(day, here["seed"]), here["seed"]
         try:
-            simulator = _simulator(settings, folder, unit.scenario, name, judging=True)
-            run = evaluate(simulator, controller, vehicles, make_reward(settings.reward), unit.seed)
+            simulator = _simulator(settings, folder, unit.scenario, here["simulator"], judging=True)
+            run = evaluate(
+                simulator, make(), vehicles, make_reward(reward), seed, observers=[recorder]
+            )
         except Exception as error:
             result.runs.append(row | here | {"status": f"{type(error).__name__}: {error}"})
             continue
         measured = measures_row(run.measures, run.memory[-1])
+        locked = locks_of(recorder.flow, made.network, vehicles)
+        measured |= {"locked": len(locked), "locked_from_s": locked[0].since_s if locked else None}
         result.runs.append(row | here | measured | {"status": "ok"})
         result.series.extend(identity | here | each for each in series_rows(run))
     return result
@@ -155,7 +176,7 @@ def calibration_file(folder: str, name: str) -> Path:
     return Path(folder) / "calibrations" / f"{name.removeprefix('resco/')}.json"
 
 
-# Two networks with three simulators each: workers go through the plan in its order.
+# Two networks with four simulators each: workers go through the plan in its order.
 @lru_cache(maxsize=8)
 def _simulator(
     settings: RescoStudySettings, folder: str, scenario_name: str, name: str, *, judging: bool
@@ -164,24 +185,33 @@ def _simulator(
     if name == CALIBRATED:
         made = load_calibration(calibration_file(folder, scenario_name)).applied_to(made)
         name = "queue"
+    elif name == UNBLOCKED:
+        made, name = replace(made, ignore_junction_blocker_s=BLOCKER_S), settings.judge
     emissions = judging and settings.emissions and name != "queue"
     return make_simulator(made, name, emissions=emissions)
 
 
 def _ready(
-    settings: RescoStudySettings, folder: str, unit: ContenderUnit, made: Scenario
-) -> tuple[Controller, list[Row]]:
-    """Return the controller that is judged, learners trained and frozen, and its training."""
-    if not unit.learns:
-        return make_controller(unit.controller), []
-    options = _options(settings, unit)
-    learner = make_controller(unit.controller, options)
+    settings: RescoStudySettings,
+    folder: str,
+    unit: ContenderUnit,
+    made: Scenario,
+    chosen: Variant,
+    reward: str,
+) -> tuple[Callable[[], Controller], list[Row]]:
+    """Return what makes the controller for a run, learners trained and frozen, and its training.
+
+    Those that learn online begin every run with nothing.
+    """
+    if not unit.trains:
+        return partial(make_controller, chosen.name, chosen.options), []
+    learner = make_controller(chosen.name, chosen.options)
     assert isinstance(learner, MemoryController)
-    watched, name = EpisodeRecorder(), settings.training_simulator
+    watched, name = EpisodeRecorder(), _training_simulator(settings, unit)
     train(
         made,
         learner,
-        make_reward(settings.reward),
+        make_reward(reward),
         unit.seed,
         episodes=range(settings.episodes),
         observers=[watched],
@@ -189,11 +219,30 @@ def _ready(
     )
     # This study has never kept these two.
     unknown = {"mean_queue_veh": None, "bytes_total": None}
-    frozen = frozen_copy(learner, made.network, Variant(unit.controller, options))
-    return frozen, [row | unknown for row in watched.study_rows()]
+    frozen = frozen_copy(learner, made.network, chosen)
+    return lambda: frozen, [row | unknown for row in watched.study_rows()]
 
 
-def _options(settings: RescoStudySettings, unit: ContenderUnit) -> dict[str, object]:
-    base = settings.sarsa if unit.controller == "sarsa" else settings.dual_memory
+def _training_simulator(settings: RescoStudySettings, unit: ContenderUnit) -> str:
+    return settings.judge if unit.deep else settings.training_simulator
+
+
+def _trained(
+    settings: RescoStudySettings, unit: ContenderUnit, made: Scenario
+) -> tuple[Variant, str]:
+    """Return the controller with all options that the study gives it, and its reward."""
+    name = unit.controller.name
+    if unit.deep:
+        decisions = -(-made.horizon_s // made.timing.decision_interval_s)
+        schedule = {"training_decisions": settings.episodes * decisions}
+        return Variant(name, settings.dqn.model_dump() | schedule), settings.deep_reward
+    if not unit.trains:
+        return unit.controller, settings.reward
+    base = settings.sarsa if name == "sarsa" else settings.dual_memory
     own = {"embedding": unit.embedding, "communication": unit.communication}
-    return base.model_dump() | own
+    return Variant(name, base.model_dump() | own), settings.reward
+
+
+def _first_epsilon(chosen: Variant) -> Any:
+    """Return the exploration rate at time 0; tables and networks call it otherwise."""
+    return chosen.options.get("epsilon", chosen.options.get("epsilon_first"))

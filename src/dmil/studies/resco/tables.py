@@ -1,4 +1,4 @@
-"""Tables of the study on the RESCO benchmark: scores, standing, training, published; courses."""
+"""Tables of the study on the RESCO benchmark: scores, ranking, training, published; courses."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import polars as pl
 
 from dmil.analysis.estimates import (
+    IQM,
     Values,
     as_column,
     interval_columns,
@@ -20,7 +21,6 @@ from dmil.results.metrics import METRICS, SCORES
 from dmil.seeding import stream
 from dmil.statistics import (
     Estimate,
-    interquartile_mean,
     mean_interval,
     paired_difference,
     standard_deviation,
@@ -28,6 +28,7 @@ from dmil.statistics import (
 )
 from dmil.studies.resco.agreement import agreement
 from dmil.studies.resco.contenders import CONTENDER, REFERENCE, Judged, RescoContender, judged
+from dmil.studies.resco.locks import locks
 from dmil.studies.resco.published import (
     LAST_EPISODES,
     METRIC,
@@ -36,8 +37,6 @@ from dmil.studies.resco.published import (
     published_by,
 )
 
-FEWEST_FOR_IQM = 8
-"""Seeds from which on the interquartile mean of one network says more than the mean."""
 BIN_S = 60
 """Seconds that one point of a queue's course averages."""
 _CURVE: dict[str, type[pl.DataType]] = {
@@ -68,6 +67,7 @@ class RescoTables:
     training: pl.DataFrame
     agreement: pl.DataFrame
     headline: pl.DataFrame
+    locks: pl.DataFrame
 
 
 def resco_tables(results: Results) -> RescoTables:
@@ -87,6 +87,7 @@ def resco_tables(results: Results) -> RescoTables:
         training(learning_curves(results, runs)),
         agreement(runs),
         headline(table, runs.judge),
+        locks(runs),
     )
 
 
@@ -158,11 +159,13 @@ def scores(runs: Judged) -> pl.DataFrame:
 
     Returns
     -------
-    Columns ``scenario``, ``simulator``, those of a contender, ``metric``; ``n`` seeds, ``mean``,
-    ``sd``, ``low`` and ``high`` (95 %), ``iqm`` (interquartile mean, from 8 seeds on); the paired
-    ``difference`` to max-pressure with its interval; ``share_better``, the share of seeds in which
-    it is better than max-pressure, equal ones half; ``among_best``: whether the paired interval of
-    its difference to the best mean does not show it to be worse (null with one seed).
+    Columns ``scenario``, ``simulator``, those of a contender, ``metric``; ``n`` seeds, ``median``
+    and ``worst`` of them; ``mean``, ``sd``, ``low`` and ``high`` (95 %); ``iqm``, the interquartile
+    mean, with ``iqm_low`` and ``iqm_high``: one locked run in five does not move it; the paired
+    ``difference`` of these to max-pressure's with its interval; ``share_better``, the share of
+    seeds in which it is better than max-pressure, equal ones half; ``among_best``: whether the
+    paired interval of its difference to the best interquartile mean does not show it to be worse
+    (null with one seed).
     """
     return pl.concat(_of_metric(runs, metric) for metric in SCORES).filter(pl.col("n") > 0)
 
@@ -172,12 +175,16 @@ def _of_metric(runs: Judged, metric: str) -> pl.DataFrame:
     shape = values.shape[:3]
     columns = values.reshape(-1, values.shape[3]).T
     found = mean_interval(columns, stream(0, "bootstrap", "resco", metric))
+    rng = stream(0, "bootstrap", "resco", metric, "middle")
+    middle = mean_interval(columns, rng, summary=IQM)
     frame = _places(runs).with_columns(
         metric=pl.lit(metric),
         n=pl.Series(found.seeds),
         **interval_columns(found),
         sd=as_column(standard_deviation(columns)),
-        iqm=_quartile_means(columns),
+        median=as_column(_medians(columns)),
+        worst=as_column(_worst(columns, METRICS[metric].better)),
+        **interval_columns(middle, "iqm", "iqm_{}"),
     )
     reference = runs.reference
     numbers = np.full(shape[:2], -1 if reference is None else reference)
@@ -193,7 +200,7 @@ def _of_metric(runs: Judged, metric: str) -> pl.DataFrame:
         frame = frame.with_columns(share_better=as_column(seed_means(won, axis=-1).ravel()))
     if better is None:
         return frame.with_columns(among_best=pl.lit(None, pl.Boolean))
-    means = sign * found.value.reshape(shape)
+    means = sign * middle.value.reshape(shape)
     best = np.argmin(np.where(np.isnan(means), np.inf, means), axis=2)
     gap = _against(values, best, metric)
     worst_end = -gap.high if better == "more" else gap.low
@@ -213,6 +220,7 @@ def _against(values: Values, numbers: np.ndarray, metric: str) -> Estimate:
         values.reshape(-1, seeds).T,
         np.broadcast_to(chosen, values.shape).reshape(-1, seeds).T,
         stream(0, "bootstrap", "resco", metric, "difference"),
+        summary=IQM,
     )
 
 
@@ -225,13 +233,19 @@ def _places(runs: Judged) -> pl.DataFrame:
     return places.join(runs.keys, how="cross", maintain_order="left_right")
 
 
-def _quartile_means(columns: Values) -> pl.Series:
-    found: list[float | None] = []
-    for column in columns.T:
-        present = column[~np.isnan(column)]
-        enough = len(present) >= FEWEST_FOR_IQM
-        found.append(float(interquartile_mean(present)) if enough else None)
-    return pl.Series(found, dtype=pl.Float64)
+def _worst(columns: Values, better: str | None) -> Values:
+    """Return the worst of (seeds, columns); NaN without any run."""
+    sign = -1.0 if better == "more" else 1.0
+    found: Values = np.where(np.isnan(columns), -np.inf, sign * columns).max(axis=0)
+    return np.where(np.isinf(found), np.nan, sign * found)
+
+
+def _medians(columns: Values) -> Values:
+    """Return the medians of (seeds, columns), missing runs left out; NaN without any."""
+    known = ~np.isnan(columns).all(axis=0)
+    found = np.full(columns.shape[1], np.nan)
+    found[known] = np.nanmedian(columns[:, known], axis=0)
+    return found
 
 
 def learning_curves(results: Results, runs: Judged, only: str | None = None) -> pl.DataFrame:

@@ -12,11 +12,13 @@ from rich.table import Table
 from rich.text import Text
 
 from dmil.analysis.panel import rows_by
-from dmil.studies.resco.published import published_learners
+from dmil.studies.resco.contenders import JUDGES
+from dmil.studies.resco.published import published_by, published_learners
 from dmil.studies.resco.tables import RescoTables, published_table, resco_tables
 
 _SHORT_NAMES = {
     "longest-queue-first": "longest queue",
+    ",approaching=true": " +a",
     "dual-memory": "dual",
     "communication": "comm.",
 }
@@ -30,19 +32,28 @@ tables_of = resco_tables
 
 def in_terminal(tables: RescoTables) -> list[Group | list[Text]]:
     """Return the parts that are shown, lines of text as lists."""
-    return [resco_table(tables), agreement_lines(tables)]
+    parts: list[Group | list[Text]] = [resco_table(tables)]
+    if tables.locks["locked"].sum():
+        parts.append(locks_table(tables))
+    if tables.training.height:
+        parts.append(training_lines(tables))
+    return [*parts, agreement_lines(tables)]
 
 
 def resco_table(tables: RescoTables) -> Group:
     """Return the average delay where controllers are judged: controllers down, networks across.
 
-    Below a mean stand half the width of its 95 % interval and, in brackets, what was published for
-    the same kind of controller; an asterisk marks those not shown to be worse than the best.
+    Below a median stand half the width of the 95 % interval of the interquartile mean and, in
+    brackets, what was published for the same kind of controller; an asterisk marks those not shown
+    to be worse than the best.
     """
     runs = tables.judged
     seeds = f"{len(runs.seeds)} seeds" if len(runs.seeds) > 1 else "1 seed"
     title = Text(f"Average delay in s per vehicle, in {runs.judge}, {seeds}", "italic")
-    caption = "Mean, ± half of its 95 % interval over seeds, [published]. Lower is better."
+    caption = (
+        "Median, ± half of the 95 % interval of the interquartile mean, [published].\n"
+        "Lower is better."
+    )
     if tables.headline["among_best"].any():
         caption += "\n* not shown to be worse than the best"
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=0)
@@ -58,6 +69,43 @@ def resco_table(tables: RescoTables) -> Group:
         shown = ["–" if value is None else f"[{_short(value.best_s)}]" for value in values]
         table.add_row(f"published {method}", *shown, style="dim")
     return Group(title, table, Text(caption, "dim"))
+
+
+def locks_table(tables: RescoTables) -> Group:
+    """Return in how many runs junctions locked, protocol below protocol, where some did."""
+    found = tables.locks
+    some = found.group_by("scenario").agg(pl.col("locked").sum()).filter(pl.col("locked") > 0)
+    scenarios = [name for name in tables.judged.scenarios if name in some["scenario"]]
+    protocols = found["simulator"].unique(maintain_order=True).to_list()
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=0)
+    table.add_column("", no_wrap=True)
+    for name in _network_names(scenarios):
+        table.add_column(name, justify="right", no_wrap=True)
+    entries = rows_by(found, "contender", "scenario", "simulator")
+    for name in tables.judged.names:
+        row = []
+        for scenario in scenarios:
+            each = (entries.get((name, scenario, protocol)) for protocol in protocols)
+            row.append("\n".join(f"{one['locked']}/{one['n']}" if one else "–" for one in each))
+        table.add_row(_short_name(name), *row)
+    title = Text(f"Runs in which a junction locked, in {', below in '.join(protocols)}", "italic")
+    return Group(title, table)
+
+
+def training_lines(tables: RescoTables) -> list[Text]:
+    """Return best episode and mean of the last ten of what was trained in SUMO, beside IDQN's."""
+    lines = []
+    for row in tables.training.filter(pl.col("trained_in").is_in(JUDGES)).iter_rows(named=True):
+        theirs = published_by(row["scenario"]).get("IDQN")
+        beside = "" if theirs is None else f" [IDQN {theirs.best_s:.1f}, {theirs.last_s:.1f}]"
+        lines.append(
+            Text(
+                f"{_short_name(row['contender'])} trained in {row['trained_in']} on "
+                f"{row['scenario'].rpartition('/')[2]}: best episode {row['best']:.1f} s, last ten "
+                f"{row['last']:.1f} s{beside}"
+            )
+        )
+    return lines
 
 
 def agreement_lines(tables: RescoTables) -> list[Text]:
@@ -86,6 +134,7 @@ def as_json(tables: RescoTables) -> dict[str, Any]:
         "seeds": list(runs.seeds),
         "delay": tables.headline.drop("metric", "simulator").rows(named=True),
         "overall": tables.overall.rows(named=True),
+        "locks": tables.locks.rows(named=True),
         "training": tables.training.rows(named=True),
         "agreement": tables.agreement.rows(named=True),
         "published": published_table().rows(named=True),
@@ -111,9 +160,9 @@ def _short_name(name: str) -> str:
 def _delay(row: dict[str, Any] | None) -> Text:
     if row is None:
         return Text("–")
-    text = Text(_short(row["mean"]) + ("*" if row["among_best"] else " "))
-    if row["low"] is not None:
-        text.append(f"\n±{_short((row['high'] - row['low']) / 2)} ", style="dim")
+    text = Text(_short(row["median"]) + ("*" if row["among_best"] else " "))
+    if row["iqm_low"] is not None:
+        text.append(f"\n±{_short((row['iqm_high'] - row['iqm_low']) / 2)} ", style="dim")
     if row["published_s"] is not None:
         text.append(f"\n[{_short(row['published_s'])}]", style="dim")
     return text

@@ -8,6 +8,7 @@ import pytest
 from dmil.controllers import CONTROLLERS, make_controller
 from dmil.controllers.variants import Variant, parse_variant
 from dmil.errors import DivergedError, InputError, UnknownNameError
+from dmil.experiments.cells import Cell, city_cells
 from dmil.experiments.study import identity_of
 from dmil.studies import MemoriesStudy
 from dmil.studies.memories import MemoriesStudySettings
@@ -17,10 +18,8 @@ from dmil.studies.memories.plan import (
     CONTENDERS,
     DEEP,
     GRID_CELLS,
-    Cell,
     ablations,
     cells,
-    city_cells,
     contenders,
     is_trained,
     options_of,

@@ -6,13 +6,13 @@ import re
 import pytest
 
 from dmil.errors import UnknownNameError
+from dmil.reports.contenders import dashes, palette
 from dmil.reports.export import embedded
 from dmil.reports.labels import colours_by_label
 from dmil.reports.marks import ticks
 from dmil.reports.sheet import label_places
 from dmil.reports.theme import DARK_BACKGROUND
 from dmil.studies.memories.figures import DARK, figures_of_study
-from dmil.studies.memories.names import dashes, palette
 from dmil.studies.report import write_report
 from tests.unit.made_up_memories import CELLS, CONTROLLERS, write_made_up_study
 from tests.unit.studies.paper.test_report import LIMIT_BYTES, _Page

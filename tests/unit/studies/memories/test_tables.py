@@ -7,8 +7,9 @@ import polars as pl
 import pytest
 
 from dmil.errors import InputError
+from dmil.reports.contenders import controller_name
 from dmil.results import Results
-from dmil.studies.memories.names import cell_label, controller_name
+from dmil.studies.memories.names import cell_label
 from dmil.studies.memories.tables import memories_tables
 from tests.unit.made_up_memories import (
     ABLATIONS,

@@ -22,7 +22,7 @@ def study(sumo, **queues):
             "seed": range(delays.shape[3]),
         },
         names=names,
-        trained_in=None,
+        trained_in=(),
         measures={"delay_s": delays, "travel_time_s": delays + 60},
     )
 
@@ -124,7 +124,7 @@ def test_it_takes_both_kinds_of_simulator(simulators):
             "seed": (0, 1),
         },
         names=("a", "b"),
-        trained_in=None,
+        trained_in=(),
         measures={"delay_s": values, "travel_time_s": values},
     )
     found = agreement(made)

@@ -8,6 +8,7 @@ import pytest
 from dmil.errors import OutputError, UnknownNameError
 from dmil.reports.drawing import draw
 from dmil.reports.export import embedded
+from dmil.reports.labels import contender_label
 from dmil.results import Results
 from dmil.studies.report import write_report
 from dmil.studies.resco.charts import contender_colours, contender_marks
@@ -17,7 +18,7 @@ from tests.unit.made_up_resco import CONTENDERS, QUEUE, SUMO
 from tests.unit.studies.paper.test_report import LIMIT_BYTES, _Page, specifications
 from tests.unit.vega_lite import check_valid
 
-STUDY_FIGURES = {"delays", "simulators", "rank_agreement", "memory"}
+STUDY_FIGURES = {"delays", "locks", "simulators", "rank_agreement", "memory"}
 NETWORK_FIGURES = {"delay_by_simulator", "training", "queues", "memory"}
 TWO = ("resco/cologne1", "resco/ingolstadt1")
 
@@ -92,6 +93,12 @@ def test_the_main_page_says_what_was_measured_and_published(report):
     assert "Ault and Sharon" in text and "dmil study resco" in text
 
 
+def test_locked_runs_are_told_of_in_the_table_of_delays_and_in_one_of_their_own(report):
+    text = text_of(report)
+    assert text.count("1 of 5 locked") == 2  # random, on both networks
+    assert "1 of 5 [4, 62] %" in text and "0 of 5 [0, 43] %" in text
+
+
 def test_the_best_are_marked_by_their_intervals(tables, report):
     marked = tables.headline["among_best"].sum()
     cells = re.findall(r'<td class="r best">', report.read_text())
@@ -125,7 +132,7 @@ def test_pictures_and_tables_are_files(report):
 def test_latex_has_a_row_for_every_controller_and_published_method(report):
     latex = (report.parent / "tables" / "delay.tex").read_text()
     rows = [line for line in latex.splitlines() if line.endswith(r"\\")]
-    assert len(rows) == 1 + len(CONTENDERS) + 6
+    assert len(rows) == 1 + len(CONTENDERS) + 7
     assert all(line.count("&") == len(TWO) for line in rows)
     assert latex.index(r"\toprule") < latex.index(r"\midrule") < latex.index(r"\bottomrule")
     assert "26.1 (28.9)" in latex and "$^{*}$" in latex
@@ -168,6 +175,26 @@ def test_training_curves_stand_beside_max_pressure_and_the_best_published(figure
     assert ends["published IDQN"] == 26.1
     assert ends["max-pressure"] == pytest.approx(36, rel=0.15)
     assert len(ends) == 2 + 7
+
+
+def test_approaching_changes_the_name_and_not_the_colour():
+    name = "max-pressure,approaching=true"
+    assert contender_label(name) == "max-pressure + approaching"
+    one, other = contender_colours(["max-pressure", contender_label(name)])
+    assert one == other
+    shapes = contender_marks(["max-pressure", contender_label(name)])[1].to_dict()["scale"]["range"]
+    assert len(set(shapes)) == 2
+
+
+def test_what_trained_in_sumo_has_a_figure_of_its_own(make_resco_study):
+    folder = make_resco_study(scenarios=("resco/cologne1",), trained_in={"sarsa": SUMO})
+    with Results(folder) as results:
+        made = resco_tables(results)
+        found = {f.name: f for f in figures_of_network(results, made, "resco/cologne1")}
+    assert made.judged.trained_in == ("queue-calibrated", SUMO)
+    lines = {row["line"] for row in rows_of(found["cologne1_training_in_sumo"])}
+    assert lines == {"SARSA exact", "max-pressure", "published IDQN"}
+    assert "SARSA exact" not in {row["line"] for row in rows_of(found["cologne1_training"])}
 
 
 def test_colours_tell_embeddings_apart_and_shapes_communication():

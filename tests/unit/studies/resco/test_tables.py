@@ -14,6 +14,7 @@ from dmil.studies.resco.tables import (
     learning_curves,
     queue_courses,
     resco_tables,
+    scores,
 )
 from tests.unit.made_up_resco import (
     CALIBRATED,
@@ -23,9 +24,11 @@ from tests.unit.made_up_resco import (
     SCENARIOS,
     SIMULATORS,
     SUMO,
+    UNBLOCKED,
     expected_delay,
 )
 
+LEARNERS = ("IDQN", "IPPO", "MPLight", "FMA2C")
 PROGRAM = ("program", None, False)
 BEST = ("dual-memory", "cells", True)
 
@@ -92,8 +95,8 @@ def test_intervals_of_the_delay_hold_what_was_put_in(tables, contender):
             embedding=embedding,
             communication=communication,
         )
-        assert row["n"] == 5 and row["iqm"] is None
-        assert row["low"] < row["mean"] < row["high"]
+        assert row["n"] == 5 and row["low"] < row["mean"] < row["high"]
+        assert row["iqm_low"] < row["iqm"] < row["iqm_high"]
         assert row["mean"] == pytest.approx(expected_delay(contender, SUMO, place), rel=0.15)
 
 
@@ -120,6 +123,7 @@ def test_throughput_is_better_when_higher(tables):
     throughput = tables.scores.filter(
         (pl.col("metric") == "throughput_veh_per_h") & (pl.col("simulator") == SUMO)
     )
+    assert (throughput["worst"] < throughput["median"]).all()
     best = throughput.filter("among_best")
     assert set(best["embedding"]) <= {"cells", "simple"}
     assert row_of(throughput, controller="random")["share_better"] == 0.0
@@ -136,9 +140,12 @@ def test_what_a_simulator_does_not_know_is_not_there(tables):
 def test_published_numbers_stand_beside_their_counterparts(tables):
     row = row_of(tables.headline, scenario="resco/cologne1", controller="program")
     assert (row["published_method"], row["published_s"]) == ("fixed", 56.6)
+    row = row_of(tables.headline, scenario="resco/arterial4x4", controller="max-pressure")
+    assert (row["published_method"], row["published_s"]) == ("max-pressure", 952.7)
+    # Greedy counts moving vehicles: it is not longest queue first.
     row = row_of(tables.headline, scenario="resco/cologne1", controller="longest-queue-first")
-    assert (row["published_method"], row["published_s"]) == ("greedy", 27.8)
-    # Nothing was published for fixed time on the grid, or for anything on the arterial.
+    assert row["published_method"] is None
+    # Nothing was published for fixed time on the grids.
     for scenario in ("resco/grid4x4", "resco/arterial4x4"):
         row = row_of(tables.headline, scenario=scenario, controller="program")
         assert row["published_s"] is None
@@ -149,11 +156,45 @@ def test_published_numbers_are_of_scenarios_that_exist():
     assert {value.scenario for value in PUBLISHED} <= set(RESCO)
     assert {value.method for value in PUBLISHED} == set(METHODS)
     for value in PUBLISHED:
-        assert (value.last_s is not None) == (value.method in ("IDQN", "IPPO", "MPLight"))
+        assert (value.last_s is not None) == (value.method in LEARNERS)
         assert value.last_s is None or value.last_s >= value.best_s
     assert "MPLight" not in published_by("resco/ingolstadt1")
     assert best_published_learner("resco/ingolstadt1") == ("IPPO", 20.9)
-    assert best_published_learner("resco/arterial4x4") is None
+    assert best_published_learner("resco/arterial4x4") == ("FMA2C", 654.1)
+
+
+def test_runs_that_lock_are_counted_in_both_protocols(make_resco_study):
+    folder = make_resco_study(
+        scenarios=SCENARIOS[:1],
+        seeds=20,
+        contenders=[("max-pressure", None, False), ("random", None, False)],
+        simulators=(SUMO, UNBLOCKED, QUEUE),
+    )
+    with Results(folder) as opened:
+        found = resco_tables(opened).locks
+    assert found.height == 4 and set(found["simulator"]) == {SUMO, UNBLOCKED}
+    row = row_of(found, simulator=SUMO, contender="random")
+    assert (row["n"], row["locked"], row["from_s"]) == (20, 1, 1200.0)
+    # Wilson's interval of 1 of 20, and of 0 of 20: none was seen, and that is not none.
+    assert (row["low"], row["high"]) == pytest.approx((0.00888, 0.23613), abs=1e-4)
+    for simulator, contender in ((UNBLOCKED, "random"), (SUMO, "max-pressure")):
+        row = row_of(found, simulator=simulator, contender=contender)
+        assert (row["locked"], row["low"], row["from_s"]) == (0, 0.0, None)
+        assert row["high"] == pytest.approx(0.16113, abs=1e-4)
+
+
+def test_one_locked_run_moves_the_mean_and_not_the_middle(make_resco_study):
+    folder = make_resco_study(scenarios=SCENARIOS[:1], seeds=9, contenders=(PROGRAM,))
+    with Results(folder) as opened:
+        runs = judged(opened)
+        before = scores(runs)
+        runs.measures["delay_s"][0, 0, 0, 0] = 2_000.0
+        after = scores(runs)
+    chosen = {"metric": "delay_s", "simulator": SUMO}
+    before, after = row_of(before, **chosen), row_of(after, **chosen)
+    assert after["mean"] > before["mean"] + 150 and after["worst"] == 2_000.0
+    assert after["iqm"] == pytest.approx(before["iqm"], rel=0.1)
+    assert after["median"] == pytest.approx(before["median"], rel=0.1)
 
 
 def test_overall_is_the_ratio_to_max_pressure_over_all_networks(tables):
@@ -191,11 +232,12 @@ def test_queues_are_means_of_minutes_in_sumo(tables, results):
     assert (one["low"] <= one["mean"]).all() and (one["mean"] <= one["high"]).all()
 
 
-def test_from_eight_seeds_on_the_interquartile_mean_is_there(make_resco_study):
+def test_the_interquartile_mean_leaves_out_a_quarter_at_either_end(make_resco_study):
     with Results(make_resco_study(scenarios=SCENARIOS[:1], seeds=8)) as opened:
         row = resco_tables(opened).headline.row(0, named=True)
         delays = np.sort(judged(opened).of("delay_s", simulator=SUMO)[0, 0])
     assert row["iqm"] == pytest.approx(delays[2:6].mean())
+    assert row["median"] == pytest.approx(delays[3:5].mean())
 
 
 def test_one_seed_has_means_and_nothing_else(make_resco_study):
