@@ -14,6 +14,7 @@ from dmil.cli.help import Command, CommandGroup
 from dmil.cli.parameters import Option, options, part_of, set_option, settings_command, split
 from dmil.cli.study_ablation import ablation
 from dmil.cli.study_capacity import CAPACITY_OPTIONS, CapacityParameters, capacity
+from dmil.cli.study_protocols import PROTOCOLS_OPTIONS, ProtocolsParameters, protocols
 from dmil.cli.studying import (
     DATA_VARIABLE,
     NO_CITIES,
@@ -154,6 +155,9 @@ def _studies(ctx: typer.Context) -> None:
 study.command(cls=Command)(ablation)
 study.command(cls=Command)(
     settings_command("study capacity", CapacityParameters, CAPACITY_OPTIONS)(capacity)
+)
+study.command(cls=Command)(
+    settings_command("study protocols", ProtocolsParameters, PROTOCOLS_OPTIONS)(protocols)
 )
 
 

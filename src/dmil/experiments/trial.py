@@ -43,7 +43,8 @@ def measures_row(measures: Measures, memory: MemoryUse) -> Row:
         if metric.stored:
             source = memory if metric.memory else measures
             value = getattr(source, name.removesuffix("_per_agent"))
-            row[name] = None if metric.sumo_only and math.isnan(value) else value
+            unknown = (metric.sumo_only or metric.cityflow_only) and math.isnan(value)
+            row[name] = None if unknown else value
     return row
 
 

@@ -23,6 +23,8 @@ class Metric:
         Whether less or more of it is better, None if neither is.
     sumo_only
         Whether only SUMO knows it; elsewhere it is null.
+    cityflow_only
+        The same of CityFlow.
     optional
         Whether tables leave it out where it is zero throughout, as memory where there is none.
     whole
@@ -46,6 +48,7 @@ class Metric:
     fine_digits: int | None = None
     better: Literal["less", "more"] | None = None
     sumo_only: bool = False
+    cityflow_only: bool = False
     optional: bool = False
     whole: bool = False
     memory: bool = False
@@ -67,6 +70,7 @@ class Metric:
 
 _count = partial(Metric, digits=0, whole=True)
 _memory = partial(_count, optional=True, memory=True)
+_at_intersections = partial(Metric, better="less", cityflow_only=True)
 _emission = partial(Metric, better="less", sumo_only=True, optional=True, factor=1e-3)
 
 METRICS: dict[str, Metric] = {
@@ -135,6 +139,18 @@ METRICS: dict[str, Metric] = {
         "RESCO's average delay: (time loss + departure delay) per spawned vehicle, with those that "
         "have not arrived or never departed counted up to the end of the run.",
         better="less",
+    ),
+    "last_minus_first_s": _at_intersections(
+        "last minus first",
+        "s",
+        "LLMLight's travel time: of every intersection and vehicle the last leaving of its "
+        "entering lanes minus the first entering, summed over intersections, per vehicle that was "
+        "ever there; one that has not left counts up to the horizon.",
+    ),
+    "entering_lanes_s": _at_intersections(
+        "time on entering lanes",
+        "s",
+        "Time on entering lanes of intersections, per vehicle that was ever there.",
     ),
     "throughput_veh_per_h": Metric(
         "throughput",

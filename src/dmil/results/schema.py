@@ -16,7 +16,7 @@ import polars as pl
 
 from dmil.results.metrics import EPISODE, METRICS
 
-SCHEMA_VERSION = 6
+SCHEMA_VERSION = 7
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,7 @@ _SIMULATOR = Column(
     "simulator",
     _TEXT,
     "",
-    "queue, queue-calibrated, sumo, sumo-meso, or sumo-unblocked: SUMO with "
+    "queue, queue-calibrated, sumo, sumo-meso, cityflow, or sumo-unblocked: SUMO with "
     "--ignore-junction-blocker 10.",
     False,
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dmil.results.metrics import METRICS
+from dmil.results.metrics import METRICS, Metric
 
 COUNTING: dict[str, tuple[str, str]] = {
     "spawned_veh": (
@@ -54,6 +54,8 @@ COUNTING: dict[str, tuple[str, str]] = {
     ),
     "co2_g": ("not known", "`CO2_abs` of SUMO's emission model, by its vehicle types"),
     "fuel_g": ("not known", "`fuel_abs`, likewise"),
+    "last_minus_first_s": ("not known", "not known; in CityFlow from the lanes in every second"),
+    "entering_lanes_s": ("not known", "not known; in CityFlow likewise"),
     "person_delay_s": ("nobody walks", "`waitingTime` of `personinfo`, the seconds below 0.1 m/s"),
 }
 """Raw count of `dmil.simulation.measures.Measures` to how it comes about: queue simulator, SUMO."""
@@ -63,7 +65,7 @@ def metrics_markdown() -> str:
     """Return the documentation of all metrics as Markdown (ours)."""
     lines = ["| metric | column | unit | better | definition |", "|-|-|-|-|-|"]
     lines += [
-        f"| {each.label}{', in SUMO only' if each.sumo_only else ''} | `{name}` | {each.unit} "
+        f"| {each.label}{_only(each)} | `{name}` | {each.unit} "
         f"| {each.better or ''} | {each.meaning} |"
         for name, each in METRICS.items()
     ]
@@ -78,3 +80,9 @@ def metrics_markdown() -> str:
         f"| `{name}` | {in_queue} | {in_sumo} |" for name, (in_queue, in_sumo) in COUNTING.items()
     ]
     return "\n".join(lines) + "\n"
+
+
+def _only(metric: Metric) -> str:
+    if metric.sumo_only:
+        return ", in SUMO only"
+    return ", in CityFlow only" if metric.cityflow_only else ""

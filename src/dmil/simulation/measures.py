@@ -48,6 +48,9 @@ class Measures:
         Emissions and fuel in g; NaN where the simulator does not know.
     person_delay_s: float
         Mean time that a person who walks stands still, in s; NaN where nobody walks.
+    last_minus_first_s, entering_lanes_s: float
+        Time at intersections by the counts of published codes for CityFlow, mean over vehicles, in
+        s; NaN in other simulators.
     """
 
     time_s: int
@@ -66,6 +69,8 @@ class Measures:
     co2_g: float = NAN
     fuel_g: float = NAN
     person_delay_s: float = NAN
+    last_minus_first_s: float = NAN
+    entering_lanes_s: float = NAN
 
     @property
     def wait_per_spawned_s(self) -> float:

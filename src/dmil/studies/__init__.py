@@ -5,6 +5,7 @@ from dmil.studies.ablation import AblationStudy, AblationStudySettings
 from dmil.studies.capacity import CapacityStudy, CapacityStudySettings
 from dmil.studies.memories import MemoriesStudy, MemoriesStudySettings
 from dmil.studies.paper import PRESETS, PaperStudy, PaperStudySettings, Preset
+from dmil.studies.protocols import ProtocolsStudy, ProtocolsStudySettings
 from dmil.studies.resco import RescoStudy, RescoStudySettings
 
 __all__ = [
@@ -18,6 +19,8 @@ __all__ = [
     "PaperStudy",
     "PaperStudySettings",
     "Preset",
+    "ProtocolsStudy",
+    "ProtocolsStudySettings",
     "RescoStudy",
     "RescoStudySettings",
     "Study",

@@ -16,11 +16,19 @@ from dmil.studies.ablation.study import AblationStudy
 from dmil.studies.capacity.study import CapacityStudy
 from dmil.studies.memories.study import MemoriesStudy
 from dmil.studies.paper.study import PaperStudy
+from dmil.studies.protocols.study import ProtocolsStudy
 from dmil.studies.resco.study import RescoStudy
 
 STUDIES = {
     study.name: study
-    for study in (PaperStudy, RescoStudy, MemoriesStudy, AblationStudy, CapacityStudy)
+    for study in (
+        PaperStudy,
+        RescoStudy,
+        MemoriesStudy,
+        AblationStudy,
+        CapacityStudy,
+        ProtocolsStudy,
+    )
 }
 """Name to what runs it. Each lies in a folder of its name, beside its modules page and terminal."""
 

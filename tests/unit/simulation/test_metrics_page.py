@@ -32,7 +32,14 @@ class _Watched:
 NONE = np.zeros(0, np.int32)
 MEASURES = Measures(10, 4, 3, 20.0, 5, 9.0, 90.0, 30.0, 2.0, 7, 1, NONE, NONE, 5.0, 6.0)
 TABLES = ("RUN_TABLE", "COMPARISON_TABLE", "COMPARISON_PAGE", "NETWORK_PAGE", "SCORES", "EPISODE")
-NOT_SHOWN = {"wait_veh_s", "entries_total", "messages", "exchanged_bytes"}
+NOT_SHOWN = {
+    "last_minus_first_s",
+    "entering_lanes_s",
+    "wait_veh_s",
+    "entries_total",
+    "messages",
+    "exchanged_bytes",
+}
 """What results hold for queries alone."""
 
 
@@ -65,7 +72,7 @@ def test_every_metric_stands_in_a_table_and_every_table_has_metrics_alone():
 def test_only_what_sumo_alone_knows_is_null_in_the_queue_simulator():
     row = measures_row(replace(MEASURES, co2_g=math.nan, fuel_g=math.nan), NO_MEMORY)
     assert {name for name in row if row[name] is None} == {
-        name for name, each in METRICS.items() if each.sumo_only
+        name for name, each in METRICS.items() if each.sumo_only or each.cityflow_only
     }
 
 

@@ -186,8 +186,7 @@ class CityflowSimulator:
 
     def measures(self) -> Measures:
         """Return what has been measured since the last reset."""
-        self._running()
-        seen = self._seen
+        times, seen = self.intersection_times(), self._seen
         arrived_at = np.array(self._arrived_at, np.int32)
         queued_at = np.array(self._queued_at, np.int32)
         return Measures(
@@ -204,6 +203,8 @@ class CityflowSimulator:
             overruled=self._heads.overruled,
             arrived_at=arrived_at,
             queued_at=queued_at,
+            last_minus_first_s=times.last_minus_first_s,
+            entering_lanes_s=times.entering_lanes_s,
         )
 
     def intersection_times(self) -> IntersectionTimes:
