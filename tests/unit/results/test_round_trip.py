@@ -114,7 +114,7 @@ def test_a_folder_that_is_not_results_says_so(tmp_path):
 
 def test_another_schema_version_says_so(study):
     write_manifest(study, {"schema_version": 99})
-    with pytest.raises(OutputError, match="schema version is 99; expected 6"):
+    with pytest.raises(OutputError, match="schema version is 99; expected 7"):
         Results(study)
 
 

@@ -16,7 +16,13 @@ from dmil.seeding import stream
 from dmil.statistics import mean_interval
 from dmil.studies.protocols.plan import CITYFLOW, QUEUE
 from dmil.studies.protocols.published import COUNTERPART, PUBLISHED
-from dmil.studies.protocols.recipes import AT_LANES, LLMLIGHT, PROTOCOLS, WHOLE_TRIP
+from dmil.studies.protocols.recipes import (
+    AT_LANES,
+    HORIZON_S,
+    LLMLIGHT,
+    PROTOCOLS,
+    WHOLE_TRIP,
+)
 from dmil.studies.protocols.rule import NAME
 
 RULE, METHOD = NAME, RECOMMENDED
@@ -92,7 +98,8 @@ def _ours(runs: pl.DataFrame) -> pl.DataFrame:
         others = group.filter(pl.col("seed") > 0)[measure].to_numpy()
         row: dict[str, Any] = dict(zip(KEYS, key, strict=True)) | {
             "measure": measure,
-            "same_recipe": key[2] == CITYFLOW,
+            # A shorter run is another recipe.
+            "same_recipe": key[2] == CITYFLOW and (group["horizon_s"] == HORIZON_S).all(),
             "recorded_s": recorded[0] if recorded else None,
             "days": len(others),
         }

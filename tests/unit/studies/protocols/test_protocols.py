@@ -51,13 +51,14 @@ def settings(tmp_path):
     )
 
 
-def rows(protocol, simulator, controller, at_lanes, trip):
+def rows(protocol, simulator, controller, at_lanes, trip, horizon_s=3600):
     """Make up three days of a controller, the recorded one first."""
     keys = {"preset": protocol, "scenario": "JN1", "simulator": simulator, "status": "ok"}
     return [
         dict.fromkeys(TABLES["runs"].schema)
         | keys
         | {"controller": controller, "seed": seed, "travel_time_s": trip + seed}
+        | {"horizon_s": horizon_s}
         | {"last_minus_first_s": None if at_lanes is None else at_lanes + seed}
         for seed in range(3)
     ]
@@ -70,6 +71,14 @@ def tables():
     made += rows("coordlight-5-2", "cityflow", RULE, 210.0, 250.0)
     made += rows(LLMLIGHT, "queue", METHOD, None, 288.0)
     return tables_of_runs(pl.DataFrame(made, schema=TABLES["runs"].schema))
+
+
+def test_no_published_figure_stands_beside_a_shorter_run():
+    for horizon_s, compares in ((3600, True), (300, False)):
+        made = rows(LLMLIGHT, "cityflow", RULE, 280.0, 330.0, horizon_s)
+        tables = tables_of_runs(pl.DataFrame(made, schema=TABLES["runs"].schema))
+        assert tables.published.is_empty() != compares
+        assert tables.ours["same_recipe"].to_list() == [compares]
 
 
 def test_figures_stand_beside_reproduced_protocols_only():
