@@ -95,7 +95,8 @@ def test_measures_under_way_are_those_of_a_run_that_ends_there(simulator, driver
         simulator.advance(np.array([k // 2 % 4], np.int32))
     under_way = total(simulator.measures())
     # SUMO writes two decimals.
-    assert under_way == pytest.approx(ended, abs=0.01 * len(drivers))
+    # What only CityFlow measures is no number.
+    assert under_way == pytest.approx(ended, abs=0.01 * len(drivers), nan_ok=True)
 
 
 @pytest.fixture(scope="module", params=["micro", "meso"])
