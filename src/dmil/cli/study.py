@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +15,10 @@ from dmil.cli.study_ablation import ablation
 from dmil.cli.study_capacity import CAPACITY_OPTIONS, CapacityParameters, capacity
 from dmil.cli.study_protocols import PROTOCOLS_OPTIONS, ProtocolsParameters, protocols
 from dmil.cli.studying import (
-    DATA_VARIABLE,
     NO_CITIES,
     RUNNING,
     RunningParameters,
+    data_folder,
     folder_field,
     run_and_show,
     variants,
@@ -114,8 +113,8 @@ class MemoriesParameters(MemoriesStudySettings, RunningParameters):
         values = dict(part_of(self, MemoriesStudySettings))
         if self.small:
             values |= {k: v for k, v in SMALL.items() if k not in self.model_fields_set}
-        elif self.data is None and os.environ.get(DATA_VARIABLE):
-            values["data"] = Path(os.environ[DATA_VARIABLE])
+        else:
+            values["data"] = data_folder(self.data)
         if self.tuned_in is not None:
             found = load_tuned_folder(self.tuned_in)
             values["tuned"] = {each.label: each.chosen for each in found} | self.tuned

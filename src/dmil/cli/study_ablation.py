@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 from dmil.cli.parameters import options, part_of, settings_command
 from dmil.cli.studying import (
-    DATA_VARIABLE,
     RUNNING,
     RunningParameters,
+    data_folder,
     folder_field,
     run_and_show,
 )
@@ -25,8 +24,7 @@ class AblationParameters(AblationStudySettings, RunningParameters):
     def study(self) -> AblationStudySettings:
         """What is run, without where and how."""
         values = dict(part_of(self, AblationStudySettings))
-        if self.data is None and os.environ.get(DATA_VARIABLE):
-            values["data"] = Path(os.environ[DATA_VARIABLE])
+        values["data"] = data_folder(self.data)
         return AblationStudySettings(**values)
 
 

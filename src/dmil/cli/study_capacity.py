@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +9,10 @@ from pydantic import Field
 
 from dmil.cli.parameters import Option, options, part_of, split
 from dmil.cli.studying import (
-    DATA_VARIABLE,
     NO_CITIES,
     RUNNING,
     RunningParameters,
+    data_folder,
     folder_field,
     run_and_show,
     variants,
@@ -43,8 +42,7 @@ class CapacityParameters(CapacityStudySettings, RunningParameters):
         values = dict(part_of(self, CapacityStudySettings))
         if self.small:
             values |= {k: v for k, v in SMALL.items() if k not in self.model_fields_set}
-        if self.data is None and os.environ.get(DATA_VARIABLE):
-            values["data"] = Path(os.environ[DATA_VARIABLE])
+        values["data"] = data_folder(self.data)
         return CapacityStudySettings(**values)
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 from dmil.cli.parameters import Option, options, part_of, split
 from dmil.cli.studying import (
-    DATA_VARIABLE,
     RUNNING,
     RunningParameters,
+    data_folder,
     folder_field,
     run_and_show,
     variants,
@@ -49,6 +48,5 @@ def protocols(settings: ProtocolsParameters, json: bool) -> None:
     number of processes.
     """
     chosen = part_of(settings, ProtocolsStudySettings)
-    if chosen.data is None and os.environ.get(DATA_VARIABLE):
-        chosen = chosen.model_copy(update={"data": Path(os.environ[DATA_VARIABLE])})
+    chosen = chosen.model_copy(update={"data": data_folder(chosen.data)})
     run_and_show(ProtocolsStudy(chosen), settings, json)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from pathlib import Path
 from typing import Any
@@ -130,3 +131,9 @@ def variants(text: str) -> list[str]:
         else:
             found.append(part)
     return found
+
+
+def data_folder(given: Path | None) -> Path | None:
+    """Return the folder of recorded cities: the one given, or that of the environment variable."""
+    named = os.environ.get(DATA_VARIABLE)
+    return Path(named) if given is None and named else given
