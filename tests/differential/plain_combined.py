@@ -8,6 +8,7 @@ DEFAULTS = {
     "age": 0.025,
     "waves": "choice",
     "outside": True,
+    "recall": True,
     "censored": True,
 }
 APART = {"curvature": 0.8, "queue_trust": 0.6, "trust": 1.0}
@@ -58,6 +59,6 @@ class PlainCombined(PlainFactored):
         for i, node in enumerate(self.network.intersections):
             if self.asked is not None and seen.phase[i] == self.asked[i]:
                 for group in self.groups[node.id]:
-                    if self.options["learning"] and group.last[2] <= 20:
+                    if self.learns_from(group):
                         self.model.learn_group(i, group)
         super().learn(phases, seen)

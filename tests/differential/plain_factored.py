@@ -6,6 +6,7 @@ import numpy as np
 
 from dmil.scenarios import signal_times
 from tests.differential.plain_guard import PlainGuard
+from tests.differential.plain_lanes import groups_of
 from tests.differential.plain_movements import PlainMovements
 
 RED, KEPT, SWITCHED, PARTLY = range(4)
@@ -28,39 +29,9 @@ DEFAULTS = {
     "age": 0.0,
     "waves": "everywhere",
     "outside": False,
+    "recall": False,
 }
 FULL, MOST_OUTSIDE = 0.8, SINGLE(20)
-
-
-class Lanes:
-    """Lanes that queue together: their movements, and what an intersection remembers of them."""
-
-    def __init__(self, node, members):
-        movements = [node.movements[j] for j in members]
-        self.node, self.members, self.link = node, members, movements[0].from_link
-        self.count = len({lane for movement in movements for lane in movement.lanes})
-        self.rate, self.rated, self.last = SINGLE(0.5), 0, None
-        self.outside = SINGLE(0)
-
-    @property
-    def waiting(self):
-        return float(self.queue + self.expected)
-
-
-def groups_of(node):
-    """Return the signalled movements of an intersection, those that share lanes together."""
-    groups = [{j} for j in range(len(node.movements)) if j not in node.unsignalled]
-
-    def lanes(group):
-        return {(node.movements[j].from_link, k) for j in group for k in node.movements[j].lanes}
-
-    while True:
-        pairs = [(a, b) for a in groups for b in groups if a is not b and lanes(a) & lanes(b)]
-        if not pairs:
-            return [Lanes(node, sorted(group)) for group in sorted(groups, key=min)]
-        one, other = pairs[0]
-        groups = [group for group in groups if group is not one and group is not other]
-        groups.append(one | other)
 
 
 class PlainFactored:
@@ -170,6 +141,8 @@ class PlainFactored:
         if self.asked is None:
             return
         joined = self.joined(i, group, seen)
+        if self.options["recall"]:
+            joined = self.fill_in(i, group, seen, joined)
         if self.fills and group.link not in self.fed:
             joined = self.count_outside(i, group, seen, joined)
         if joined is not None:
@@ -194,6 +167,15 @@ class PlainFactored:
             return max(SINGLE(0), grown)
         if treated != PARTLY and group.queue > 0:
             return max(SINGLE(0), grown + self.discharged(treated))
+        return None
+
+    def fill_in(self, i, group, seen, joined):
+        """Count from memory where a detector fell silent; return who joined, None if unknown."""
+        treated = group.last[1] if seen.phase[i] == self.asked[i] else PARTLY
+        queue = group.silence.listen(group, treated, self.discharged(treated))
+        if queue is None:
+            return joined
+        group.queue = queue
         return None
 
     def count_outside(self, i, group, seen, joined):
@@ -324,7 +306,7 @@ class PlainFactored:
                 row = self.row(group)
                 treatment = self.treatment(group, node.phases[phases[i]])
                 part = self.part(i, group, node.phases[phases[i]])
-                if not overruled and self.options["learning"] and group.last[2] <= 20:
+                if not overruled and self.learns_from(group):
                     before_row, before_treatment, queue, expected = group.last
                     waiting = float(queue + expected)
                     before = self.value(before_row, before_treatment, waiting, group.part)
@@ -334,6 +316,10 @@ class PlainFactored:
                 group.last = row, treatment, group.queue, group.expected
                 group.part = part
         self.remember(phases)
+
+    def learns_from(self, group):
+        """Tell whether what a group counted teaches anything."""
+        return self.options["learning"] and group.last[2] <= 20 and not group.silence.dead
 
     def remember(self, phases):
         vehicles = {i: self.moves.vehicles(i, self.seen, self.groups) for i in self.moves.apart}

@@ -34,6 +34,7 @@ DEFAULTS = {
     "age": 0.0,
     "waves": "everywhere",
     "outside": False,
+    "recall": False,
     "censored": False,
 }
 
@@ -187,7 +188,7 @@ class PlainLookahead(PlainFactored):
         for i, node in enumerate(self.network.intersections):
             overruled = self.asked is None or seen.phase[i] != self.asked[i]
             for group in self.groups[node.id]:
-                if not overruled and self.options["learning"] and group.last[2] <= 20:
+                if not overruled and self.learns_from(group):
                     self.learn_group(i, group)
                 treatment = self.treatment(group, node.phases[phases[i]])
                 row = self.bins(float(group.queue), float(group.expected))

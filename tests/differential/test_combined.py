@@ -4,12 +4,15 @@ import numpy as np
 import pytest
 
 from dmil.controllers import RunContext, make_controller
+from dmil.controllers.lanes.lane_arrivals import DEAD
 from dmil.network import grid
 from dmil.scenarios import QueueDynamics, Scenario, SignalTiming
 from dmil.seeding import stream
-from dmil.simulation import QueueSimulator
+from dmil.simulation import DisturbedSimulator, QueueSimulator, Sensors
 from dmil.testing.proving_grounds import uneven_network
 from tests.differential.plain_combined import PlainCombined
+from tests.differential.plain_factored import PlainFactored
+from tests.differential.plain_lookahead import PlainLookahead
 
 SLOW = SignalTiming(clearance_s=3, startup_lost_s=1)
 STOP = SignalTiming(clearance_s=3, clearance_kind="all-stop")
@@ -77,3 +80,29 @@ def test_decisions_and_tables_are_those_of_the_plain_twin(place, options, places
         np.testing.assert_array_equal(arrays[f"{prefix}times"], times)
         found = arrays[f"{prefix}residual"]
         np.testing.assert_allclose(found, residual, rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.parametrize("twin", [PlainCombined, PlainFactored, PlainLookahead])
+def test_lanes_whose_detectors_die_are_those_of_the_plain_twin(twin, wander):
+    name = twin.__name__.removeprefix("Plain").lower()
+    network, options = grid(2, 2), {"expected": 0.2871, "recall": True}
+    dynamics = QueueDynamics(saturation_flow_veh_per_s=0.4871)
+    made = Scenario("dying", network, None, SLOW, dynamics, 1500)
+    simulator = DisturbedSimulator(
+        QueueSimulator(made), sensors=Sensors(dead_share=0.5, dead_from_s=600)
+    )
+    inner, plain = make_controller(name, options), twin(options)
+    context = RunContext(network, SLOW, stream(0), dynamics=dynamics)
+    inner.reset(context)
+    plain.reset(context)
+    seen = simulator.reset(wander(network, made.horizon_s, 1.5, stream(0, "vehicles")))
+    silent = []
+    while seen.time_s < made.horizon_s:
+        phases = inner.decide(seen, None)
+        assert phases.tolist() == plain.decide(seen).tolist(), f"at {seen.time_s} s"
+        silent.append(sum(group.silence.dead for group in plain.all_groups()))
+        assert silent[-1] == np.count_nonzero(inner._short.silent == DEAD)
+        seen = simulator.advance(phases)
+    # A lane may be empty for long by chance, too.
+    assert max(silent[:55]) <= 1
+    assert max(silent[60:]) > 5

@@ -33,7 +33,10 @@ class Sensors(Settings):
     """
 
     dead_share: float = Field(
-        0.0, ge=0, le=1, description="Share of detectors that are dead for the run and read 0."
+        0.0, ge=0, le=1, description="Share of detectors that die and read 0 from then on."
+    )
+    dead_from_s: int = Field(
+        0, ge=0, le=10**9, description="Second in which they die; 0: they are dead for the run."
     )
     missed_share: float = Field(
         0.0, ge=0, le=1, description="Probability that a count misses a vehicle, each by itself."
@@ -168,7 +171,7 @@ class DisturbedSimulator:
 
     @property
     def dead(self) -> BoolArray:
-        """Detectors that are dead in the run under way: (intersections, movements)."""
+        """Detectors that die in the run under way: (intersections, movements)."""
         return self._movements & ~self._alive
 
     def reset(self, vehicles: Vehicles, seed: int = 0) -> Observation:
@@ -207,19 +210,20 @@ class DisturbedSimulator:
         sensors = self._sensors
         if sensors == Sensors():
             return seen
+        alive = self._alive if seen.time_s >= sensors.dead_from_s else self._movements
         # A stream for each decision: what one count draws depends on no other decision.
         rng = stream(self._seed, "sensors", "counts", seen.time_s)
         missed, false_veh = sensors.missed_share, sensors.false_veh
 
         def counted(true_veh: IntArray) -> IntArray:
             noisy = rng.binomial(true_veh, 1.0 - missed) + rng.poisson(false_veh, true_veh.shape)
-            return np.where(self._alive, noisy, 0).astype(np.int32)
+            return np.where(alive, noisy, 0).astype(np.int32)
 
         return replace(
             seen,
             queue_veh=counted(seen.queue_veh),
             approaching_veh=counted(seen.approaching_veh),
-            waiting_veh=np.where(self._alive, (1.0 - missed) * seen.waiting_veh + false_veh, 0.0),
+            waiting_veh=np.where(alive, (1.0 - missed) * seen.waiting_veh + false_veh, 0.0),
         )
 
 

@@ -40,6 +40,7 @@ class CombinedSettings(LaneSettings):
     age: float = with_default(LaneSettings, "age", AGE_VEH_PER_S)
     waves: Waves = with_default(LaneSettings, "waves", "choice")
     outside: bool = with_default(LaneSettings, "outside", default=True)
+    recall: bool = with_default(LaneSettings, "recall", default=True)
     censored: bool = with_default(LookaheadSettings, "censored", default=True)
     weight: float = Field(
         default=1.0,

@@ -14,6 +14,7 @@ from dmil.controllers.lanes.factored_gains import (
     choose,
     look_up,
 )
+from dmil.controllers.lanes.lane_arrivals import count_arrivals
 from dmil.controllers.lanes.lane_groups import LaneGroups
 from dmil.controllers.lanes.lane_inputs import (
     ZERO,
@@ -22,7 +23,6 @@ from dmil.controllers.lanes.lane_inputs import (
     ShortTerm,
     aggregate,
     announce,
-    count_arrivals,
     expect_announced,
     expect_by_rate,
     find_waves,

@@ -14,6 +14,7 @@ from dmil.controllers.lanes.factored_gains import (
     green_of,
     look_up,
 )
+from dmil.controllers.lanes.lane_arrivals import count_arrivals, filled_in
 from dmil.controllers.lanes.lane_groups import LaneGroups
 from dmil.controllers.lanes.lane_inputs import (
     ONE,
@@ -23,7 +24,6 @@ from dmil.controllers.lanes.lane_inputs import (
     ShortTerm,
     aggregate,
     announce,
-    count_arrivals,
     expect_announced,
     expect_by_rate,
     find_waves,
@@ -160,7 +160,8 @@ def _learn(
         for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
             row, treatment = scratch.row[g], scratch.treatment[g]
             known += table.times[row, treatment] > 0
-            if learns and short.queue_veh[g] <= NOT_LEARNED_FROM_VEH:
+            learned_from = short.queue_veh[g] <= NOT_LEARNED_FROM_VEH and not filled_in(short, g)
+            if learns and learned_from:
                 before, treated = short.row[g], short.treatment[g]
                 after = discount * table.residual[row, treatment]
                 error = gains.error[g] + after - table.residual[before, treated]

@@ -31,11 +31,6 @@ ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
 """A plain number would lift what it meets to 64 bits."""
 SMALLEST_RATE_VEH = np.float32(0.05)
 """Added to the rate of every lane group when inflow is divided: no group gets none for ever."""
-RATED_ENOUGH = np.float32(1000.0)
-"""Intervals after which the moving average forgets at its own pace, whatever the step."""
-
-MOST_OUTSIDE_VEH = np.float32(20.0)
-"""Vehicles per lane that are believed to wait unseen, at most."""
 
 
 class ShortTerm(NamedTuple):
@@ -45,7 +40,7 @@ class ShortTerm(NamedTuple):
     ----------
     rate_veh: (groups,) float32
         Arrivals per decision interval and lane, a moving average.
-    rated: (groups,) float32
+    rated: (groups,) uint16
         How many intervals it comes from.
     queue_veh, expected_veh: (groups,) float32
         Per lane, at the last decision.
@@ -55,15 +50,23 @@ class ShortTerm(NamedTuple):
         How it was treated since.
     outside_veh: (entries,) float32
         Per lane, those who wait unseen behind a full entry.
+    silent, longest: (groups,) uint8, or (0,)
+        At how many decisions running nobody has been seen, `DEAD` where the detector is taken for
+        dead; most so far, 0 if never anybody. Empty if none is filled in for: see `lane_arrivals`.
+    red_rate: (groups,) uint16, or (0,)
+        Arrivals per decision interval of red and lane, a moving average, in thousandths.
     """
 
     rate_veh: Single
-    rated: Single
+    rated: RowArray
     queue_veh: Single
     expected_veh: Single
     row: RowArray
     treatment: ByteArray
     outside_veh: Single
+    silent: ByteArray
+    longest: ByteArray
+    red_rate: RowArray
 
 
 class Inputs(NamedTuple):
@@ -177,68 +180,6 @@ def state_bin(queue_veh: Real, expected_veh: Real) -> Whole:
     queue = np.int32(queue_veh + HALF)
     queue = min(queue, np.int32(8)) + (queue > 8) + (queue > 10) + (queue > 14)
     return queue * ARRIVALS + min(np.int32(expected_veh + HALF), np.int32(ARRIVALS - 1))
-
-
-@kernel
-def count_arrivals(
-    groups: LaneGroups,
-    use_approaching: bool,
-    after_switch: float,
-    rate_step: float,
-    short: ShortTerm,
-    scratch: LaneScratch,
-) -> None:
-    """Move arrival rates on by the interval that ended, where one can tell who joined.
-
-    One can where all who join were seen before; on red, where nobody leaves; and on green while a
-    queue lasts, which discharges at saturation flow.
-    """
-    own_step, after = np.float32(rate_step), np.float32(after_switch)
-    joined_veh, tells, count = scratch.joined_veh, scratch.tells, groups.lanes.shape[0]
-    for g in range(count):
-        left_veh = green_part(short.treatment[g], after) * groups.lane_veh[g]
-        joined_veh[g] = max(ZERO, scratch.queue_veh[g] - short.queue_veh[g] + left_veh)
-    for g in range(count):
-        treated = short.treatment[g]
-        tells[g] = (treated == RED) | ((treated != PARTLY) & (scratch.queue_veh[g] > ZERO))
-    if use_approaching:
-        for g in range(count):
-            joined_veh[g] = short.expected_veh[g] if groups.all_seen[g] else joined_veh[g]
-        for g in range(count):
-            tells[g] = tells[g] | groups.all_seen[g]
-    _count_outside(groups, after, short, scratch)
-    for g in range(count):
-        step = max(own_step, ONE / (ONE + min(short.rated[g] + ONE, RATED_ENOUGH)))
-        step = own_step if short.rated[g] == RATED_ENOUGH else step
-        rate_veh = short.rate_veh[g]
-        short.rate_veh[g] = rate_veh + (step * (joined_veh[g] - rate_veh) if tells[g] else ZERO)
-    for g in range(count):
-        rated = min(short.rated[g] + ONE, RATED_ENOUGH)
-        short.rated[g] = rated if tells[g] else short.rated[g]
-
-
-@kernel
-def _count_outside(
-    groups: LaneGroups, after_switch: Real, short: ShortTerm, scratch: LaneScratch
-) -> None:
-    """Count those who wait behind full entries, by the balance of those who come and who join.
-
-    As many come as usual; in the long run that is as many as join.
-    """
-    outside_veh = short.outside_veh
-    for entry in range(groups.entries.shape[0]):
-        g = groups.entries[entry]
-        full = scratch.queue_veh[g] + scratch.moving_veh[g] >= groups.entry_full_veh[entry]
-        before = outside_veh[entry]
-        if full or before > ZERO:
-            left_veh = green_part(short.treatment[g], after_switch) * groups.lane_veh[g]
-            more_veh = scratch.queue_veh[g] - (short.queue_veh[g] - before)
-            scratch.joined_veh[g] = max(ZERO, more_veh + left_veh)
-            scratch.tells[g] = True
-        waiting = before + short.rate_veh[g] - scratch.joined_veh[g]
-        outside_veh[entry] = min(max(ZERO, waiting), MOST_OUTSIDE_VEH) if full else ZERO
-        scratch.queue_veh[g] += outside_veh[entry]
-        scratch.waiting_veh[g] += HALF * (before + outside_veh[entry])
 
 
 @kernel

@@ -69,6 +69,11 @@ class LaneSettings(Settings):
         description="Whether those count who wait unseen behind a full entry of the network, as "
         "far as the balance of flows tells.",
     )
+    recall: bool = Field(
+        default=False,
+        description="Whether a detector that falls silent for too long is taken for dead, and what "
+        "it would count is filled in from memory.",
+    )
     guard: bool = Field(
         default=True,
         description="Whether red counts more, the longer it lasts, where shared lanes were "
@@ -130,7 +135,7 @@ class LaneMemory(ABC):
         self._groups = groups = lane_groups(
             context, waves_everywhere=own.waves == "everywhere", outside=own.outside
         )
-        self._short = _short_term(groups)
+        self._short = _short_term(groups, recall=own.recall)
         self._scratch = _scratch(groups, self._lookups)
         self._guard = SharedLaneGuard(context, enabled=own.guard)
         self._asked: IntArray | None = None
@@ -253,16 +258,20 @@ class LaneMemory(ABC):
         """
 
 
-def _short_term(groups: LaneGroups) -> ShortTerm:
+def _short_term(groups: LaneGroups, *, recall: bool) -> ShortTerm:
     count = groups.lanes.size
+    heard = count if recall else 0
     return ShortTerm(
         rate_veh=np.full(count, FIRST_RATE_VEH, np.float32),
-        rated=np.zeros(count, np.float32),
+        rated=np.zeros(count, np.uint16),
         queue_veh=np.zeros(count, np.float32),
         expected_veh=np.zeros(count, np.float32),
         row=np.zeros(count, np.uint16),
         treatment=np.zeros(count, np.uint8),
         outside_veh=np.zeros(groups.entries.size, np.float32),
+        silent=np.zeros(heard, np.uint8),
+        longest=np.zeros(heard, np.uint8),
+        red_rate=np.zeros(heard, np.uint16),
     )
 
 

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from dmil.arrays import ByteArray, FloatArray, IntArray, Single
 from dmil.compilation import kernel
+from dmil.controllers.lanes.lane_arrivals import count_arrivals
 from dmil.controllers.lanes.lane_groups import LaneGroups
 from dmil.controllers.lanes.lane_inputs import (
     KEPT,
@@ -20,7 +21,6 @@ from dmil.controllers.lanes.lane_inputs import (
     ShortTerm,
     aggregate,
     announce,
-    count_arrivals,
     expect_announced,
     expect_by_rate,
     find_waves,

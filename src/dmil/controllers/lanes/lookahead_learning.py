@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dmil.compilation import kernel
+from dmil.controllers.lanes.lane_arrivals import filled_in
 from dmil.controllers.lanes.lane_groups import LaneGroups
 from dmil.controllers.lanes.lane_inputs import PARTLY, Inputs, LaneScratch, ShortTerm, state_bin
 from dmil.controllers.lanes.lane_model import COST, NEXT, LookaheadParams, clear, lane_model
@@ -38,7 +39,7 @@ def learn_model(
             continue
         for g in range(groups.group_offset[i], groups.group_offset[i + 1]):
             queue_veh, arrivals_veh = float(short.queue_veh[g]), float(short.expected_veh[g])
-            if queue_veh > NOT_LEARNED_FROM_VEH:
+            if queue_veh > NOT_LEARNED_FROM_VEH or filled_in(short, g):
                 continue
             row, treated = int(state_bin(queue_veh, arrivals_veh)), short.treatment[g]
             flow_veh = float(groups.lane_veh[g])

@@ -14,20 +14,18 @@ from dmil.network import RoadNetwork
 from dmil.seeding import stream
 from dmil.simulation import ClosedLane, Sensors
 
-INCIDENT, SURGE, DEAD, NOISE = "incident", "surge", "dead-detectors", "noise"
+INCIDENT, SURGE, NOISE = "incident", "surge", "noise"
+DEAD, FAILING = "dead-detectors", "failing-detectors"
 SAME_DAY, OTHER_DAY = "same-day", "other-day"
 """Values of the column ``variant``; null is the undisturbed run. The last two are after training
 on the vehicles of the undisturbed run: on these again, and on another day."""
 PASSING = (INCIDENT, SURGE)
 """Those that end."""
-REFERENCE_OF = {OTHER_DAY: SAME_DAY, **dict.fromkeys((INCIDENT, SURGE, DEAD, NOISE))}
+REFERENCE_OF = {OTHER_DAY: SAME_DAY, **dict.fromkeys((INCIDENT, SURGE, DEAD, FAILING, NOISE))}
 """Each disturbance to the run that it is compared with, None for the undisturbed one."""
 CLOSED_S, SURGE_S = 600, 1200
 SURGE_FACTOR = 1.3
-SENSORS = {
-    DEAD: Sensors(dead_share=0.1),
-    NOISE: Sensors(missed_share=0.1, false_veh=0.2),
-}
+DEAD_SHARE, MISSED_SHARE, FALSE_VEH = 0.1, 0.1, 0.2
 DAY_SHIFT_S = 300
 WINDOW_S = 300
 SHARE, SPARE_VEH = 0.1, 1.0
@@ -35,8 +33,17 @@ SHARE, SPARE_VEH = 0.1, 1.0
 
 
 def begin_s(horizon_s: int) -> int:
-    """Return when incident and surge begin: after a quarter of a run."""
+    """Return when incident and surge begin, and detectors fail: after a quarter of a run."""
     return horizon_s // 4
+
+
+def sensors_of(horizon_s: int) -> dict[str, Sensors]:
+    """Return what sensors do wrong under each disturbance of theirs (ours)."""
+    return {
+        DEAD: Sensors(dead_share=DEAD_SHARE),
+        FAILING: Sensors(dead_share=DEAD_SHARE, dead_from_s=begin_s(horizon_s)),
+        NOISE: Sensors(missed_share=MISSED_SHARE, false_veh=FALSE_VEH),
+    }
 
 
 def busy_lane(network: RoadNetwork, vehicles: Vehicles, horizon_s: int, seed: int) -> ClosedLane:

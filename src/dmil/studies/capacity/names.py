@@ -7,10 +7,13 @@ from dmil.reports.labels import network_label
 from dmil.studies.capacity.disturbed import (
     CLOSED_S,
     DEAD,
+    DEAD_SHARE,
+    FAILING,
+    FALSE_VEH,
     INCIDENT,
+    MISSED_SHARE,
     NOISE,
     OTHER_DAY,
-    SENSORS,
     SURGE,
     SURGE_FACTOR,
     SURGE_S,
@@ -20,6 +23,7 @@ DISTURBANCE_LABELS = {
     INCIDENT: "lane closed",
     SURGE: "surge",
     DEAD: "dead detectors",
+    FAILING: "failing detectors",
     NOISE: "noisy counts",
     OTHER_DAY: "other day",
 }
@@ -27,9 +31,10 @@ DISTURBANCE_LABELS = {
 EXPLAINED = {
     INCIDENT: f"one busy lane is closed for {CLOSED_S // 60} minutes",
     SURGE: f"demand {100 * (SURGE_FACTOR - 1):+.0f} % for {SURGE_S // 60} minutes",
-    DEAD: f"{100 * SENSORS[DEAD].dead_share:.0f} % of the detectors read 0",
-    NOISE: f"counts miss every vehicle with a probability of {SENSORS[NOISE].missed_share:g} and "
-    f"add {SENSORS[NOISE].false_veh:g} vehicles in the mean",
+    DEAD: f"{100 * DEAD_SHARE:.0f} % of the detectors read 0",
+    FAILING: f"{100 * DEAD_SHARE:.0f} % of the detectors read 0 after a quarter of the run",
+    NOISE: f"counts miss every vehicle with a probability of {MISSED_SHARE:g} and "
+    f"add {FALSE_VEH:g} vehicles in the mean",
     OTHER_DAY: "another day than the one trained on, against that day itself",
 }
 

@@ -25,18 +25,16 @@ from dmil.simulation import DisturbedSimulator, Simulator, make_simulator
 from dmil.simulation.disturbances import ClosesLanes
 from dmil.statistics import queue_growth
 from dmil.studies.capacity.disturbed import (
-    DEAD,
     INCIDENT,
-    NOISE,
     OTHER_DAY,
     SAME_DAY,
-    SENSORS,
     SURGE,
     SURGE_S,
     begin_s,
     busy_lane,
     days_of,
     recovery_s,
+    sensors_of,
 )
 from dmil.studies.capacity.plan import (
     CAPACITY,
@@ -171,9 +169,9 @@ class _Trial:
             self._passing(INCIDENT, disturbed, days.day, calm, closed.until_s)
         end_s = min(begin_s(made.horizon_s) + SURGE_S, made.horizon_s)
         self._passing(SURGE, self._simulator, days.surge, calm, end_s)
-        for self._variant in (DEAD, NOISE):
-            sensors = DisturbedSimulator(self._simulator, sensors=SENSORS[self._variant])
-            self._add(self._evaluate(sensors, days.day))
+        for self._variant, sensors in sensors_of(made.horizon_s).items():
+            disturbed = DisturbedSimulator(self._simulator, sensors=sensors)
+            self._add(self._evaluate(disturbed, days.day))
         for self._variant, day in ((SAME_DAY, days.day), (OTHER_DAY, days.other)):
             self._add(self._evaluate(self._simulator, day, trained_on=days.day))
 

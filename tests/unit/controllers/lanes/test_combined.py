@@ -90,7 +90,7 @@ def test_memory_is_small_and_all_of_it_is_kept():
     use, arrays = controller.memory_use(), controller.arrays()
     assert set(arrays) == {"residual", "times", "model_residual", "model_times"}
     groups, movements = 8 * 25, 12 * 25
-    short = 19 * groups + 4 * movements + 4 * 25
+    short = (17 + 4) * groups + 4 * movements + 4 * 25
     assert use.bytes_total == sum(array.nbytes for array in arrays.values()) + short
     assert use.bytes_total < 10_000
     learned = np.count_nonzero(arrays["times"]) + np.count_nonzero(arrays["model_times"])

@@ -141,7 +141,7 @@ def test_memory_is_small_and_its_bytes_are_counted(name, timing):
     run(controller, made)
     intersections = len(made.network.intersections)
     use, table = controller.memory_use(), controller.arrays()
-    short = 8 * intersections * (4 + 4 + 4 + 4 + 2 + 1)
+    short = 8 * intersections * (4 + 2 + 4 + 4 + 2 + 1)
     assert use.bytes_total == sum(array.nbytes for array in table.values()) + short
     assert use.bytes_total < 10_000 * intersections
     assert use.long_term_entries == use.msize == np.count_nonzero(table["times"])

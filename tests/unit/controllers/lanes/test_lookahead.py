@@ -181,7 +181,7 @@ def test_memory_is_small_and_its_bytes_are_counted(timing):
     use, table = controller.memory_use(), controller.arrays()
     columns = 2 if timing.clearance_s == 0 else 3
     assert table["residual"].shape == (48, columns, 2)
-    assert use.bytes_total == 48 * columns * (4 + 4 + 2) + 72 * (4 + 4 + 4 + 4 + 2 + 1)
+    assert use.bytes_total == 48 * columns * (4 + 4 + 2) + 72 * (4 + 2 + 4 + 4 + 2 + 1)
     assert use.long_term_entries == use.msize == np.count_nonzero(table["times"])
     assert use.entries_total == use.long_term_entries + 72
     assert sum(controller.lookups().values()) == 30 * 72
