@@ -22,7 +22,7 @@ def judged(dmil, tmp_path_factory):
     setting = ("--controller", "dual-memory", "--set", "epsilon=0.1")
     dmil("train", "--scenario", name, *setting, "--episodes", 4, "--out", policy, "--no-compare")
     run = ("evaluate", "--scenario", name, "--policy", policy, "--controller", "fixed-cycle")
-    return dmil(*run, "--seeds", 3, "--json").json
+    return dmil(*run, "--seeds", 3, "--jobs", 1, "--json").json
 
 
 def row(judged, controller):
