@@ -6,6 +6,7 @@ import pytest
 from dmil.training import load_policy
 
 TRAIN = ("train", "--scenario", "grid:2x2", "--controller", "factored", "--set", "trust=0.1")
+TRAIN += ("--no-compare",)
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +19,7 @@ def trained(dmil, tmp_path_factory):
 def test_a_resumed_training_equals_an_uninterrupted_one(trained, dmil, tmp_path):
     parts = tmp_path / "parts.npz"
     dmil(*TRAIN, "--episodes", 1, "--out", parts)
-    dmil("train", "--resume", parts, "--episodes", 4)
+    dmil("train", "--resume", parts, "--episodes", 4, "--no-compare")
     assert parts.read_bytes() == trained.read_bytes()
 
 

@@ -68,16 +68,7 @@ def test_the_report_is_there(ran):
     assert (ran[0] / "tables" / "standing.md").is_file()
 
 
-def test_one_process_gives_the_same_bytes(ran, dmil, tmp_path):
-    done = dmil(*TINY, "--jobs", 1, "--no-report", "--json", "--out", tmp_path / "other")
-    assert tables(tmp_path / "other") == tables(ran[0])
-    found = done.json
-    assert found["cells"] == ["grid:1x1", "grid:1x2*2"]
-    assert found["runs"] == 16 and found["failed"] == 0
-    assert {row["controller"] for row in found["overall"]} == set(variants(NAMES))
-
-
-def test_a_killed_study_goes_on_where_it_was(ran, dmil, tmp_path):
+def test_a_killed_study_goes_on_in_one_process_and_gives_the_same_bytes(ran, dmil, tmp_path):
     folder = tmp_path / "stopped"
     command = [*COMMAND, *TINY, "--jobs", "2", "--no-report", "--out", str(folder)]
     running = subprocess.Popen(
@@ -88,8 +79,11 @@ def test_a_killed_study_goes_on_where_it_was(ran, dmil, tmp_path):
         time.sleep(0.05)
     os.killpg(running.pid, signal.SIGKILL)
     running.communicate(timeout=300)
-    dmil(*TINY, "--jobs", 1, "--no-report", "--out", folder)
+    found = dmil(*TINY, "--jobs", 1, "--no-report", "--json", "--out", folder).json
     assert tables(folder) == tables(ran[0])
+    assert found["cells"] == ["grid:1x1", "grid:1x2*2"]
+    assert found["runs"] == 16 and found["failed"] == 0
+    assert {row["controller"] for row in found["overall"]} == set(variants(NAMES))
 
 
 def test_other_options_are_another_study(ran, dmil):

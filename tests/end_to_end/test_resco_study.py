@@ -67,12 +67,9 @@ def test_random_is_worse_than_max_pressure_in_every_simulator(study):
     assert (found["random"] > 1.5 * found["pressure"]).all()
 
 
-def test_one_process_gives_the_same_bytes(study, dmil, tmp_path):
-    dmil(*TINY, "--jobs", 1, "--out", tmp_path / "other")
-    assert tables(tmp_path / "other") == tables(study)
-
-
-def test_an_interrupted_study_goes_on_where_it_was(study, dmil, tmp_path):
+def test_an_interrupted_study_goes_on_in_one_process_and_gives_the_same_bytes(
+    study, dmil, tmp_path
+):
     folder = tmp_path / "stopped"
     command = [*COMMAND, *TINY, "--jobs", "2", "--out", str(folder)]
     running = subprocess.Popen(

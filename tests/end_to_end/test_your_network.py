@@ -27,7 +27,7 @@ COMMANDS = [line[1:] for line in LINES if line[0] == "dmil"]
 SHORTER = {
     "calibrate": ("--seeds", "0"),
     "train": ("--episodes", "2"),
-    "evaluate": ("--seeds", "2"),
+    "evaluate": ("--seeds", "2", "--jobs", "1"),
 }
 TRIPS = (("left0A0", "B0right0"), ("top0A0", "A0bottom0"), ("right0B0", "B0top1"))
 

@@ -95,7 +95,7 @@ def test_the_page_has_answer_numbers_findings_and_picture(dmil, tmp_path):
 
 def test_one_seed_shows_nothing(dmil, tmp_path):
     page = tmp_path / "report.html"
-    dmil("evaluate", "--scenario", "grid:1x1", "--steps", 60, "--seeds", 1, "--report", page)
+    dmil(*RUN, "--seeds", 1, "--report", page)
     assert "one seed shows nothing" in page.read_text(encoding="utf-8")
 
 

@@ -110,7 +110,7 @@ def test_what_learns_online_is_exported_as_it_learned(dmil, crossroads, tmp_path
 
 def test_a_comparison_with_the_plan_is_fair_unless_the_user_says_otherwise(dmil, crossroads):
     options = ("--scenario", crossroads(), "--no-baselines", "--controller", "max-pressure")
-    options += ("--reference", "program", "--seeds", "1")
+    options += ("--reference", "program", "--seeds", "1", "--jobs", "1")
     fair = dmil.json("evaluate", *options)
     assert fair["withheld"] is None
     assert fair["controllers"][0]["minus_program"]["delay_s"]["mean"] < 0
@@ -122,14 +122,15 @@ def test_a_comparison_with_the_plan_is_fair_unless_the_user_says_otherwise(dmil,
     assert shown.index("NOT A FAIR") < shown.index("travel time")
     assert "− program" not in shown
     # Between controllers that all keep less, nothing is unfair.
-    alone = (*options[:5], "--seeds", "1", "--clearance", "2")
+    alone = (*options[:5], "--seeds", "1", "--jobs", "1", "--clearance", "2")
     assert dmil.json("evaluate", *alone)["withheld"] is None
 
 
 def test_the_page_says_it_first(dmil, crossroads, tmp_path):
     page = tmp_path / "page.html"
     options = ("--scenario", crossroads(), "--no-baselines", "--controller", "max-pressure")
-    options += ("--reference", "program", "--seeds", "1", "--clearance", "2", "--report", page)
+    options += ("--reference", "program", "--seeds", "1", "--jobs", "1")
+    options += ("--clearance", "2", "--report", page)
     dmil("evaluate", *options)
     text = page.read_text()
     assert text.index("NOT A FAIR COMPARISON") < text.index('id="numbers"')

@@ -197,7 +197,7 @@ def test_cells_that_were_not_run_leave_a_bar_open(tmp_path):
 
 
 def test_too_few_seeds_give_no_verdict(tmp_path):
-    with Results(write_made_up_study(tmp_path / "few", seeds=2)) as results:
+    with Results(write_made_up_study(tmp_path / "few", seeds=2, controllers=FEW)) as results:
         found = memories_tables(results)
     assert set(found.claims["verdict"]) == {"too few seeds", "not run"}
     assert math.isfinite(found.overall["max_pressure_low"].drop_nulls().min())

@@ -191,7 +191,11 @@ PARTIAL = {
     "one intersection": {"scenarios": ("grid:1x1",), "seeds": 3},
     "another network": {"scenarios": ("cityflow:town-1",), "seeds": 3},
     "an unknown preset": {"presets": ("mine",), "scenarios": ("grid:3x3",), "seeds": 2},
-    "two presets without matched": {"presets": ("literal", "decaying"), "seeds": 2},
+    "two presets without matched": {
+        "presets": ("literal", "decaying"),
+        "scenarios": ("grid:3x3",),
+        "seeds": 2,
+    },
 }
 
 
