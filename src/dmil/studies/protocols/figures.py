@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import altair as alt
 import polars as pl
 
+from dmil.reports.contenders import controller_name
 from dmil.reports.export import Figure, drawn_figures
-from dmil.reports.labels import controller_label
 from dmil.reports.marks import Chart, heading, values
 from dmil.studies.protocols.tables import ProtocolsTables
 
@@ -26,7 +26,7 @@ def recipes_chart(ours: pl.DataFrame) -> Chart | None:
     """Draw the figures of all methods by protocol, a panel for each city."""
     data = ours.filter(pl.col("same_recipe")).with_columns(
         value=pl.coalesce("mean_s", "recorded_s"),
-        method=pl.col("controller").map_elements(controller_label, return_dtype=pl.String),
+        method=pl.col("controller").map_elements(controller_name, return_dtype=pl.String),
     )
     if data.is_empty():
         return None

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from dmil.analysis.panel import rows_by
+from dmil.reports.contenders import controller_name
 from dmil.reports.export import Figure, csv
 from dmil.reports.html import check_preset, configuration_rows, environment, shared_values
 from dmil.reports.labels import simulator_label
@@ -48,6 +49,7 @@ class ProtocolsReport:
         made = self._tables
         configuration = self._results.manifest.get("configuration", {})
         parts = made.ours.select("preset", "simulator", "measure").unique(maintain_order=True)
+        controllers = made.ours["controller"].unique(maintain_order=True).to_list()
         seeds = self._results.query("select distinct seed from runs order by seed")
         return {
             "protocols": PROTOCOLS,
@@ -56,7 +58,8 @@ class ProtocolsReport:
                 name: group["scenario"].unique(maintain_order=True).to_list()
                 for (name,), group in made.ours.group_by("preset", maintain_order=True)
             },
-            "controllers": made.ours["controller"].unique(maintain_order=True).to_list(),
+            "controllers": controllers,
+            "names": {name: controller_name(name) for name in (*controllers, RULE, METHOD)},
             "ours": rows_by(made.ours, "preset", "simulator", "controller", "scenario"),
             "methods": made.published.select("preset", "method").unique(maintain_order=True).rows(),
             "published": rows_by(made.published, "preset", "method", "scenario"),

@@ -11,10 +11,14 @@ from rich.table import Table
 from rich.text import Text
 
 from dmil.analysis.panel import rows_by
-from dmil.reports.labels import controller_label, simulator_label
+from dmil.reports.contenders import controller_name
+from dmil.reports.labels import simulator_label
 from dmil.results.metrics import METRICS
 from dmil.studies.protocols.plan import CITYFLOW
 from dmil.studies.protocols.tables import ProtocolsTables, protocols_tables
+
+NAME_WIDTH = 16
+"""Least width of the column of names, in characters."""
 
 tables_of = protocols_tables
 
@@ -42,13 +46,14 @@ def _table(tables: ProtocolsTables, protocol: str, simulator: str) -> Group:
     ours = tables.ours.filter((pl.col("preset") == protocol) & (pl.col("simulator") == simulator))
     cities = ours["scenario"].unique(maintain_order=True).to_list()
     found = rows_by(ours, "controller", "scenario")
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1))
-    table.add_column("", no_wrap=True)
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 0, 0, 1))
+    # Names wrap, numbers are shown whole.
+    table.add_column("", overflow="fold", min_width=NAME_WIDTH)
     for city in cities:
         table.add_column(city, justify="right", no_wrap=True)
     for name in ours["controller"].unique(maintain_order=True):
         cells = [_cell(found.get((name, city))) for city in cities]
-        table.add_row(controller_label(name), *cells)
+        table.add_row(controller_name(name), *cells)
     known = tables.published.filter(pl.col("preset") == protocol)
     if simulator == CITYFLOW and not known.is_empty():
         figures = rows_by(known, "method", "scenario")
