@@ -72,7 +72,8 @@ def test_delay_rises_with_the_load_until_the_queue_grows(made):
 def test_every_disturbance_is_measured_beside_the_undisturbed_run(made):
     own = made.disturbances.filter(controller="max-pressure")
     assert own["disturbance"].to_list() == [
-        *("undisturbed", "incident", "surge", "dead-detectors", "noise", "other-day"),
+        *("undisturbed", "incident", "surge", "dead-detectors", "failing-detectors", "noise"),
+        "other-day",
     ]
     rows = {row["disturbance"]: row for row in own.iter_rows(named=True)}
     assert rows["undisturbed"]["added_s"] == 0.0

@@ -169,7 +169,7 @@ def lane_groups(
     return LaneGroups(
         group_offset=np.array(group_offset, np.int32),
         phase_offset=np.array(phase_offset, np.int32),
-        all_stop=signal_times(context.timing, network).all_stop,
+        all_stop=signal_times(context.timing, network).all_stop.copy(),
         movement_offset=_offsets(groups),
         movements=_flat(groups),
         lanes=np.array(lanes, np.float32),

@@ -17,9 +17,14 @@ from dmil.studies.capacity.names import DISTURBANCE_LABELS, place_label
 from dmil.studies.capacity.recoveries import UNDISTURBED
 from dmil.studies.capacity.tables import CapacityTables, capacity_tables
 
-_NAME_WIDTH = 27
+_NAME_WIDTH = 18
 _HEADS = {UNDISTURBED: "none", **DISTURBANCE_LABELS}
-_SHORT = {"lane closed": "lane", "dead detectors": "dead", "noisy counts": "noise"}
+_SHORT = {
+    "lane closed": "lane",
+    "dead detectors": "dead",
+    "failing detectors": "failing",
+    "noisy counts": "noise",
+}
 
 tables_of = capacity_tables
 
@@ -78,7 +83,7 @@ def disturbance_table(tables: CapacityTables, place: str) -> Group:
 
 def _table(heads: list[str]) -> Table:
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=0)
-    table.add_column("", no_wrap=True, width=_NAME_WIDTH, overflow="ellipsis")
+    table.add_column("", width=_NAME_WIDTH, overflow="fold")
     for head in heads:
         table.add_column(head, justify="right", no_wrap=True)
     return table
