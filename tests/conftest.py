@@ -6,6 +6,9 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+# Each worker has one core: threads that wait for work only take it from the other one.
+os.environ.setdefault("POLARS_MAX_THREADS", "1")
+
 import numpy as np
 import pytest
 from hypothesis import settings
